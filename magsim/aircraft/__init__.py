@@ -1,0 +1,48 @@
+"""An aircraft as its folder describes it: facts of flight, magnetic parts, mounts, limits.
+
+``aircraft/<name>/facts.toml`` holds geometry, mass, aerodynamics, engine, controls and limits (``Facts``);
+``aircraft/<name>/magnetics.toml`` holds everything magnetic and the mounts (``Magnetics``). Each number has a unit
+and a source, or is marked an estimate.
+"""
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from magsim.aircraft.facts import Facts, Limits
+from magsim.aircraft.magnetics import Magnetics
+
+__all__ = ["Aircraft", "Facts", "Limits", "Magnetics", "load_aircraft"]
+
+
+@dataclass(frozen=True)
+class Aircraft:
+    """An aircraft, validated.
+
+    Attributes
+    ----------
+    name : str
+        Name of its folder.
+    facts : Facts
+        What flies.
+    magnetics : Magnetics
+        What disturbs, and where sensors are mounted.
+    digest : str
+        SHA-256 over the bytes of its two files, in hexadecimal.
+    """
+
+    name: str
+    facts: Facts
+    magnetics: Magnetics
+    digest: str
+
+    @property
+    def limits(self) -> Limits:
+        """What the aircraft can be asked to do."""
+        return self.facts.limits
+
+    @cached_property
+    def mounts(self) -> dict[str, tuple[float, float, float]]:
+        """Places for sensors by name, (3,) [m] in body axes from the datum."""
+        return {name: mount.position_m for name, mount in self.magnetics.mounts.items()}

@@ -1,0 +1,162 @@
+"""THE table of recording columns: every name, its role, unit, frame and meaning, once.
+
+A family is a name with fields in braces, ``mag_{sensor}_nt``. Sensors, surfaces and components are named by
+users and aircraft files with ``[a-z][a-z0-9_]*``; everything else is written here and nowhere else.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+ROLES = ("input", "label", "truth", "segment")
+"""Roles in the order in which a file stores them."""
+
+NAME_PATTERN = r"[a-z][a-z0-9_]*"
+"""What a user may call a sensor, a mount or a surface."""
+
+COMPONENTS = ("earth", "permanent", "hinged", "induced", "eddy")
+"""Parts of the field at a sensor; their sum is the whole field. All but ``earth`` are interference."""
+
+AXES = ("x", "y", "z")
+
+MANEUVERS = {0: "none", 1: "pitch", 2: "roll", 3: "yaw"}
+SPLITS = {0: "train", 1: "valid", 2: "test"}
+
+
+@dataclass(frozen=True)
+class Family:
+    """One family of columns.
+
+    Attributes
+    ----------
+    pattern : str
+        Column name with fields in braces.
+    role : str
+        One of ``ROLES``.
+    unit : str
+        Unit of the values, ``"1"`` where there is none.
+    frame : str
+        Frame suffix of the conventions page, or ``""``.
+    meaning : str
+        One sentence for people; stored in the file beside the column.
+    alias_sgl : str
+        Pattern of the column's name in the SGL 2020 layout, or ``""``.
+    """
+
+    pattern: str
+    role: str
+    unit: str
+    frame: str
+    meaning: str
+    alias_sgl: str = ""
+
+    @cached_property
+    def regex(self) -> re.Pattern[str]:
+        """The pattern as a regular expression with one group for each field."""
+        choices = {"axis": "|".join(AXES), "component": "|".join(COMPONENTS)}
+        parts = re.split(r"\{(\w+)\}", self.pattern)
+        text = "".join(
+            re.escape(part) if i % 2 == 0 else f"(?P<{part}>{choices.get(part, NAME_PATTERN)})"
+            for i, part in enumerate(parts)
+        )
+        return re.compile(text)
+
+    def name(self, **fields: str) -> str:
+        """Column name with the fields filled in."""
+        return self.pattern.format(**fields)
+
+    def match(self, name: str) -> dict[str, str] | None:
+        """Fields of a column name that belongs to this family, else None."""
+        found = self.regex.fullmatch(name)
+        return None if found is None else found.groupdict()
+
+
+TIME = "time_s"
+
+MAG = Family("mag_{sensor}_nt", "input", "nT", "", "Reading of a scalar magnetometer", "mag_{sensor}_uc")
+FLUX = Family("flux_{sensor}_{axis}_nt", "input", "nT", "s", "Reading of a fluxgate axis", "flux_{sensor}_{axis}")
+INS_ATTITUDE = Family("ins_{angle}_deg", "input", "deg", "", "Attitude from the INS; heading clockwise from north")
+INS_VELOCITY = Family("ins_v{direction}_mps", "input", "m/s", "n", "Velocity from the INS: n north, e east, d down")
+INS_ALTITUDE = Family("ins_alt_m", "input", "m", "", "Height above the WGS-84 ellipsoid from the INS")
+SURFACE = Family("surface_{surface}_deg", "input", "deg", "", "Deflection of a control surface about its hinge")
+
+INTERFERENCE = Family(
+    "interference_{sensor}_nt", "label", "nT", "", "Noise-free interference: norm with minus norm without aircraft"
+)
+PROJECTION = Family(
+    "projection_{sensor}_nt", "label", "nT", "", "Noise-free interference vector along the background's direction"
+)
+
+CLEAN = Family("clean_{sensor}_nt", "truth", "nT", "", "Background field at the sensor without the aircraft, norm")
+TOTAL = Family("total_{sensor}_nt", "truth", "nT", "", "Whole field at the sensor without instrument errors, norm")
+ERROR = Family("error_{sensor}_nt", "truth", "nT", "", "Instrument error of a scalar magnetometer: reading minus norm")
+PART = Family("{component}_{sensor}_{axis}_nt", "truth", "nT", "b", "One part of the field at a sensor, body axes")
+TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude; heading clockwise from north")
+TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
+TRUE_VELOCITY = Family("true_v{direction}_mps", "truth", "m/s", "n", "True velocity: n north, e east, d down")
+TRUE_ALTITUDE = Family("true_alt_m", "truth", "m", "", "True height above the WGS-84 ellipsoid")
+
+CIRCUIT = Family("circuit", "segment", "1", "", "Number of the circuit, from 1")
+LEG = Family("leg", "segment", "1", "", "Number of the leg within its circuit, from 1")
+TURN = Family("turn", "segment", "1", "", "1 in the turn that follows the leg, else 0")
+LEG_HEADING = Family("leg_heading_deg", "segment", "deg", "", "Planned course of the leg, clockwise from north")
+MANEUVER = Family("maneuver", "segment", "1", "", "0 none, 1 pitch, 2 roll, 3 yaw")
+CYCLE = Family("cycle", "segment", "1", "", "Number of the maneuver's cycle from 1, 0 outside maneuvers")
+SPLIT = Family("split", "segment", "1", "", "0 train, 1 valid, 2 test")
+
+INS_ANGLES = ("roll", "pitch", "heading", "lat", "lon")
+"""Angles of ``ins_{angle}_deg`` and ``true_{angle}_deg``: attitude, then WGS-84 position."""
+
+FAMILIES: tuple[Family, ...] = (
+    MAG,
+    FLUX,
+    INS_ATTITUDE,
+    INS_VELOCITY,
+    INS_ALTITUDE,
+    SURFACE,
+    INTERFERENCE,
+    PROJECTION,
+    CLEAN,
+    TOTAL,
+    ERROR,
+    PART,
+    TRUE_ATTITUDE,
+    TRUE_RATE,
+    TRUE_VELOCITY,
+    TRUE_ALTITUDE,
+    CIRCUIT,
+    LEG,
+    TURN,
+    LEG_HEADING,
+    MANEUVER,
+    CYCLE,
+    SPLIT,
+)
+
+
+@lru_cache(maxsize=4096)
+def find(name: str) -> Family | None:
+    """Family that a column name belongs to, or None. The first family of the table that matches wins."""
+    return next((family for family in FAMILIES if family.match(name) is not None), None)
+
+
+def role_of(name: str) -> str:
+    """Role of a column.
+
+    Raises
+    ------
+    KeyError
+        If no family has that name.
+    """
+    family = find(name)
+    if family is None:
+        msg = f"no column family has the name {name!r}"
+        raise KeyError(msg)
+    return family.role
+
+
+def sensors_of(names: Iterable[str], family: Family) -> tuple[str, ...]:
+    """Names of the sensors that have a column of the given family, in order of appearance."""
+    found = (family.match(name) for name in names)
+    return tuple(dict.fromkeys(fields["sensor"] for fields in found if fields is not None))

@@ -1,0 +1,170 @@
+"""A recording: one flight's table of inputs, labels, truth and segments, with its provenance."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from magsim import columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def _readonly(array: np.ndarray) -> np.ndarray:
+    array = np.ascontiguousarray(array, dtype=float)
+    if array.flags.writeable:
+        array = array.view()
+        array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One flight at the recording rate.
+
+    Attributes
+    ----------
+    name : str
+        Name of the flight.
+    time_s : (n,) [s]
+        Time tags, strictly increasing.
+    data : mapping of str to (n,)
+        Columns named by ``magsim.columns``, float64, in the units that their names carry.
+    meta : mapping
+        Provenance: scenario text, digest, seed, version. Empty in a blind or labeled copy but for what a real
+        survey would know (``start_utc``, ``rate_hz``).
+    """
+
+    name: str
+    time_s: np.ndarray
+    data: Mapping[str, np.ndarray]
+    meta: Mapping[str, object] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        time_s = _readonly(self.time_s)
+        if time_s.ndim != 1 or len(time_s) < 2 or not np.all(np.diff(time_s) > 0.0):
+            msg = f"time_s of {self.name!r} must be one row of at least 2 strictly increasing times"
+            raise ValueError(msg)
+        data = {name: _readonly(column) for name, column in self.data.items()}
+        for name, column in data.items():
+            columns.role_of(name)
+            if column.shape != time_s.shape:
+                msg = f"column {name!r} of {self.name!r} has shape {column.shape}, expected {time_s.shape}"
+                raise ValueError(msg)
+        object.__setattr__(self, "time_s", time_s)
+        object.__setattr__(self, "data", data)
+        object.__setattr__(self, "meta", dict(self.meta))
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """One column, (n,), read-only.
+
+        Raises
+        ------
+        KeyError
+            If the recording has no such column; the message names those of the same kind that it has.
+        """
+        if name == columns.TIME:
+            return self.time_s
+        try:
+            return self.data[name]
+        except KeyError:
+            kin = [other for other in self.data if other.split("_")[0] == name.split("_")[0]] or list(self.data)
+            msg = f"recording {self.name!r} has no column {name!r}; it has {', '.join(kin[:12])}"
+            raise KeyError(msg) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.data
+
+    def stack(self, names: Iterable[str]) -> np.ndarray:
+        """Several columns side by side, (n, c)."""
+        return np.column_stack([self[name] for name in names])
+
+    def vector(self, family: columns.Family, **fields: str) -> np.ndarray:
+        """The three axes of a vector family, (n, 3)."""
+        return self.stack(family.name(axis=axis, **fields) for axis in columns.AXES)
+
+    @cached_property
+    def rate_hz(self) -> float:
+        """Rows a second, from the median time step."""
+        return float(1.0 / np.median(np.diff(self.time_s)))
+
+    def names(self, role: str) -> tuple[str, ...]:
+        """Names of the columns of one role, in file order."""
+        return tuple(name for name in self.data if columns.role_of(name) == role)
+
+    @property
+    def scalars(self) -> tuple[str, ...]:
+        """Names of the scalar magnetometers."""
+        return columns.sensors_of(self.data, columns.MAG)
+
+    @property
+    def fluxgates(self) -> tuple[str, ...]:
+        """Names of the fluxgates."""
+        return columns.sensors_of(self.data, columns.FLUX)
+
+    def _keep(self, roles: tuple[str, ...]) -> "Recording":
+        kept = {name: column for name, column in self.data.items() if columns.role_of(name) in roles}
+        public = {key: self.meta[key] for key in ("start_utc",) if key in self.meta}
+        return Recording(self.name, self.time_s, kept, public)
+
+    def labeled(self) -> "Recording":
+        """A copy for fitting: inputs, labels and segments. Truth, scenario text, digest and seed are gone."""
+        return self._keep(("input", "label", "segment"))
+
+    def blind(self) -> "Recording":
+        """A copy for judging: inputs alone. Labels, segments, truth, scenario text, digest and seed are gone."""
+        return self._keep(("input",))
+
+    def take(self, rows: np.ndarray | slice) -> "Recording":
+        """The rows picked by a mask, an index array or a slice."""
+        return replace(
+            self, time_s=self.time_s[rows], data={name: column[rows] for name, column in self.data.items()}
+        )
+
+    def where(self, **values: float | str) -> "Recording":
+        """The rows whose segment columns have the given values, ``where(circuit=1)`` or ``where(split="train")``.
+
+        Raises
+        ------
+        ValueError
+            If fewer than 2 rows are left.
+        KeyError
+            If the recording has no such segment column.
+        """
+        rows = self.mask(**values)
+        if rows.sum() < 2:
+            wanted = ", ".join(f"{key}={value}" for key, value in values.items())
+            msg = f"recording {self.name!r} has no rows with {wanted}"
+            raise ValueError(msg)
+        return self.take(rows)
+
+    def mask(self, **values: float | str) -> np.ndarray:
+        """Boolean (n,) of the rows whose segment columns have the given values (see ``where``)."""
+        codes = {"split": columns.SPLITS, "maneuver": columns.MANEUVERS}
+        rows = np.ones(len(self), dtype=bool)
+        for key, value in values.items():
+            code = value
+            if isinstance(value, str):
+                code = {word: number for number, word in codes[key].items()}[value]
+            rows &= self[key] == code
+        return rows
+
+    def pieces(self) -> tuple["Recording", ...]:
+        """The recording cut where time jumps by more than 1.5 steps: parts that may be filtered."""
+        cuts = np.flatnonzero(np.diff(self.time_s) > 1.5 / self.rate_hz) + 1
+        bounds = [0, *cuts.tolist(), len(self)]
+        pairs = [(a, b) for a, b in zip(bounds, bounds[1:], strict=False) if b - a >= 2]
+        return (self,) if len(pairs) == 1 and len(bounds) == 2 else tuple(self.take(slice(a, b)) for a, b in pairs)
+
+    def to_frame(self) -> "pd.DataFrame":
+        """The table as a pandas DataFrame with ``time_s`` as index."""
+        import pandas as pd
+
+        index = pd.Index(self.time_s, name=columns.TIME)
+        return pd.DataFrame(dict(self.data), index=index)

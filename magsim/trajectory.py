@@ -1,0 +1,202 @@
+"""What a flight leaves behind: trajectories with a smooth interpolant, control surfaces, segments."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from magsim import columns
+
+
+def readonly(array: np.ndarray) -> np.ndarray:
+    """The array as C-ordered float64 that cannot be written to."""
+    array = np.ascontiguousarray(array, dtype=float)
+    if array.flags.writeable:
+        array = array.view()
+        array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Motion of one body at its log rate, with a smooth interpolant.
+
+    Attributes
+    ----------
+    time_s : (n,) [s]
+        Evenly spaced; may start before 0 and end after the last recorded row, so that filters have their run-in.
+    lat_rad, lon_rad : (n,) [rad]
+        WGS-84 latitude and longitude of the reference point; longitude continuous over the date line.
+    alt_m : (n,) [m]
+        Height of the reference point above the WGS-84 ellipsoid.
+    velocity_n : (n, 3) [m/s]
+        Over ground, north, east, down.
+    attitude : (n, 3) [rad]
+        Roll, pitch, heading; heading continuous (not wrapped).
+    rate_b : (n, 3) [rad/s]
+        Angular rate of the body relative to the local north-east-down frame, body axes.
+    reference_b : (3,) [m]
+        The point of the body that the position belongs to (the center of gravity), body axes.
+    """
+
+    time_s: np.ndarray
+    lat_rad: np.ndarray
+    lon_rad: np.ndarray
+    alt_m: np.ndarray
+    velocity_n: np.ndarray
+    attitude: np.ndarray
+    rate_b: np.ndarray
+    reference_b: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        n = len(self.time_s)
+        shapes = {"velocity_n": (n, 3), "attitude": (n, 3), "rate_b": (n, 3), "reference_b": (3,)}
+        for name in ("time_s", "lat_rad", "lon_rad", "alt_m", *shapes):
+            value = readonly(getattr(self, name))
+            if value.shape != shapes.get(name, (n,)):
+                msg = f"{name} has shape {value.shape}, expected {shapes.get(name, (n,))}"
+                raise ValueError(msg)
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def rate_hz(self) -> float:
+        """Log rate [Hz]."""
+        return float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        table = np.column_stack(
+            [self.lat_rad, self.lon_rad, self.alt_m, self.velocity_n, self.attitude, self.rate_b]
+        )
+        return CubicSpline(self.time_s, table)
+
+    def at(self, time_s: np.ndarray) -> "Trajectory":
+        """The motion at other times inside the logged span, by cubic splines through every logged quantity.
+
+        Parameters
+        ----------
+        time_s : (m,) [s]
+
+        Returns
+        -------
+        Trajectory
+            With ``m`` rows.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        time_s = np.asarray(time_s, dtype=float)
+        slack = 1e-9
+        if len(time_s) and (time_s.min() < self.time_s[0] - slack or time_s.max() > self.time_s[-1] + slack):
+            msg = f"times {time_s.min()}..{time_s.max()} s leave the logged {self.time_s[0]}..{self.time_s[-1]} s"
+            raise ValueError(msg)
+        rows = self._spline(time_s)
+        return Trajectory(
+            time_s, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3:6], rows[:, 6:9], rows[:, 9:12], self.reference_b
+        )
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One leg or the turn that follows it."""
+
+    circuit: int
+    leg: int
+    turn: bool
+    heading_deg: float
+    start_s: float
+    stop_s: float
+    length_m: float
+    """Distance flown over ground [m]."""
+
+
+@dataclass(frozen=True)
+class ManeuverFlown:
+    """One maneuver train as it was asked and as it was flown."""
+
+    axis: str
+    circuit: int
+    leg: int
+    start_s: float
+    stop_s: float
+    period_s: float
+    cycles: int
+    asked_deg: float
+    """Amplitude, half of peak to peak [deg]."""
+    flown_deg: float
+    """Amplitude of the sine fitted to the flown angle [deg]."""
+    residual_deg: float
+    """RMS of what the fitted sine leaves of the flown angle [deg]."""
+    off_axis_deg: tuple[float, float]
+    """Peak departures of the two other angles from their straight line [deg], in the order roll, pitch, heading."""
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A finished flight.
+
+    Attributes
+    ----------
+    carrier : Trajectory
+        The aircraft.
+    duration_s : float
+        Time of the last recorded row [s]; rows run from 0 to it.
+    simulation_rate_hz : float
+        Step rate of the flight model [Hz]; fields are integrated at this rate.
+    controls : mapping of str to (n,) [rad]
+        Deflection of each control surface about its hinge, at the carrier's log times, right-hand rule about the
+        hinge axis that the aircraft file names (elevator and flap: trailing edge down is positive).
+    segments : tuple of Segment
+        Legs and turns in time order, without gaps.
+    maneuvers : tuple of ManeuverFlown
+    notes : mapping
+        Plain facts of the run for provenance: integrators, rates, calibrated loop gains.
+    """
+
+    carrier: Trajectory
+    duration_s: float
+    simulation_rate_hz: float
+    controls: Mapping[str, np.ndarray]
+    segments: tuple[Segment, ...]
+    maneuvers: tuple[ManeuverFlown, ...]
+    notes: Mapping[str, object] = field(default_factory=dict)
+
+    @cached_property
+    def _control_spline(self) -> CubicSpline:
+        return CubicSpline(self.carrier.time_s, np.column_stack(list(self.controls.values())))
+
+    def controls_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
+        """Deflections [rad] at other times, by cubic splines; one (m,) array for each surface."""
+        rows = self._control_spline(np.asarray(time_s, dtype=float))
+        return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
+
+    def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
+        """Segment labels at given times, as the columns of ``magsim.columns``: circuit, leg, turn,
+        leg_heading_deg, maneuver, cycle; each (m,).
+
+        Times before the first segment take the first, times after the last take the last.
+        """
+        time_s = np.asarray(time_s, dtype=float)
+        starts = np.array([s.start_s for s in self.segments])
+        index = np.clip(np.searchsorted(starts, time_s + 1e-9, side="right") - 1, 0, len(starts) - 1)
+        out = {
+            "circuit": np.array([s.circuit for s in self.segments], dtype=float)[index],
+            "leg": np.array([s.leg for s in self.segments], dtype=float)[index],
+            "turn": np.array([s.turn for s in self.segments], dtype=float)[index],
+            "leg_heading_deg": np.array([s.heading_deg for s in self.segments])[index],
+            "maneuver": np.zeros(len(time_s)),
+            "cycle": np.zeros(len(time_s)),
+        }
+        codes = {name: code for code, name in columns.MANEUVERS.items()}
+        for maneuver in self.maneuvers:
+            rows = (time_s >= maneuver.start_s - 1e-9) & (time_s < maneuver.stop_s - 1e-9)
+            out["maneuver"][rows] = codes[maneuver.axis]
+            out["cycle"][rows] = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
+        return out

@@ -1,0 +1,57 @@
+"""The magnetic truth of a flight: every part of the field at every mount, at the simulation rate."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from magsim.trajectory import readonly
+
+
+@dataclass(frozen=True)
+class FieldTruth:
+    """Every magnetic component at each mount, as a vector in the axes of the body that carries it.
+
+    Attributes
+    ----------
+    time_s : (n,) [s]
+        At the simulation rate.
+    mounts : tuple of str
+        Names of the mounts, in the order of the second axis of ``parts_b``.
+    parts_b : mapping of str to (n, s, 3) [nT]
+        The parts named in ``magsim.columns.COMPONENTS``; their sum is the whole field.
+    currents_a : mapping of str to (n,) [A]
+        Currents that made the field, where the model knows them.
+    """
+
+    time_s: np.ndarray
+    mounts: tuple[str, ...]
+    parts_b: Mapping[str, np.ndarray]
+    currents_a: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        shape = (len(self.time_s), len(self.mounts), 3)
+        for name, part in self.parts_b.items():
+            if part.shape != shape:
+                msg = f"part {name!r} has shape {part.shape}, expected {shape}"
+                raise ValueError(msg)
+        object.__setattr__(self, "time_s", readonly(self.time_s))
+        object.__setattr__(self, "parts_b", {name: readonly(part) for name, part in self.parts_b.items()})
+
+    @property
+    def rate_hz(self) -> float:
+        """Sample rate [Hz]."""
+        return float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
+
+    def part(self, name: str, mount: str) -> np.ndarray:
+        """One part at one mount, (n, 3) [nT]."""
+        return self.parts_b[name][:, self.mounts.index(mount)]
+
+    def platform(self, mount: str) -> np.ndarray:
+        """The aircraft's own field at one mount, (n, 3) [nT]: the sum of all parts but ``earth``."""
+        parts = [self.part(name, mount) for name in self.parts_b if name != "earth"]
+        return np.sum(parts, axis=0) if parts else np.zeros((len(self.time_s), 3))
+
+    def total(self, mount: str) -> np.ndarray:
+        """The whole field at one mount, (n, 3) [nT]: the exact vector sum."""
+        return self.part("earth", mount) + self.platform(mount)
