@@ -60,7 +60,18 @@ _EXPORTS = {
     "benchmark": "magsim.benchmark",
 }
 
-__all__ = ["__version__", *_EXPORTS]
+__all__ = [
+    "Aircraft",
+    "Compensator",
+    "Recording",
+    "Scenario",
+    "TollesLawson",
+    "__version__",
+    "benchmark",
+    "load_aircraft",
+    "load_scenario",
+    "simulate",
+]
 
 
 def __getattr__(name: str) -> object:

@@ -1,0 +1,29 @@
+"""``magsim plot``: pictures of a recording."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(name="plot", short_help="Draw a picture of a recording.")
+@click.argument("kind", type=click.Choice(["flight", "field", "interference", "spectrum"]))
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="PNG or SVG; default ./<recording>_<kind>.png")
+@click.option("--sensor", help="Scalar magnetometer; default the first.")
+@click.option("--force", is_flag=True, help="Replace an existing picture.")
+def plot(kind: str, file: Path, output: Path | None, sensor: str | None, force: bool) -> None:
+    r"""Draw a picture of a recording.
+
+    \b
+    flight        ground track, attitude and height
+    field         reading and background
+    interference  what each part of the aircraft adds, in full and in the compensation band
+    spectrum      spectral densities of the field and of the attitude
+    """
+    from magsim import plots
+    from magsim.recording import Recording
+
+    recording = Recording.read(file)
+    target = output or Path(f"{recording.name}_{kind}.png")
+    plots.save(plots.KINDS[kind](recording, sensor), target, force=force)
+    click.echo(f"{target}")

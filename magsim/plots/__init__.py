@@ -1,0 +1,110 @@
+"""Figures of recordings and scores (matplotlib, no display needed).
+
+Each kind is one function ``recording -> Figure``; ``KINDS`` is the table that the command line reads.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from magsim.errors import RequestError
+from magsim.recording import Recording
+from magsim.storage import atomic_write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["KINDS", "plot_field", "plot_flight", "plot_interference", "plot_residuals", "plot_spectrum", "save"]
+
+
+def _figures() -> object:
+    try:
+        from magsim.plots import figures
+    except ImportError as error:
+        if error.name and error.name.startswith("matplotlib"):
+            msg = "plots need matplotlib, which is not installed: pip install 'magsim[report]'"
+            raise RequestError(msg) from None
+        raise
+    return figures
+
+
+def plot_flight(recording: Recording, sensor: str | None = None) -> "Figure":
+    """Ground track, and roll, pitch, heading and height over time, with legs and maneuvers marked."""
+    del sensor
+    return _figures().flight(recording)
+
+
+def plot_field(recording: Recording, sensor: str | None = None) -> "Figure":
+    """Reading of a scalar magnetometer, beside the background field where the truth is known."""
+    return _figures().field(recording, pick_sensor(recording, sensor))
+
+
+def plot_interference(recording: Recording, sensor: str | None = None) -> "Figure":
+    """What each part of the aircraft adds to the scalar reading, in full and in the compensation band."""
+    return _figures().interference(recording, pick_sensor(recording, sensor))
+
+
+def plot_spectrum(recording: Recording, sensor: str | None = None) -> "Figure":
+    """Amplitude spectral density of the reading, the background, the parts and the attitude."""
+    return _figures().spectrum(recording, pick_sensor(recording, sensor))
+
+
+def plot_residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndarray]) -> "Figure":
+    """In-band error before and after compensation.
+
+    Parameters
+    ----------
+    recording : Recording
+        With truth.
+    sensor : str
+        Scalar magnetometer.
+    estimates : mapping of str to (n,) [nT]
+        Interference that each method returned for the recording's rows.
+    """
+    return _figures().residuals(recording, sensor, estimates)
+
+
+KINDS: dict[str, Callable[[Recording, str | None], "Figure"]] = {
+    "flight": plot_flight,
+    "field": plot_field,
+    "interference": plot_interference,
+    "spectrum": plot_spectrum,
+}
+"""Kinds of ``magsim plot``."""
+
+
+def pick_sensor(recording: Recording, sensor: str | None) -> str:
+    """The scalar magnetometer that is meant.
+
+    Raises
+    ------
+    RequestError
+        If the recording has no such sensor.
+    """
+    known = recording.scalars
+    if sensor is None and known:
+        return known[0]
+    if sensor not in known:
+        msg = (
+            f"recording {recording.name!r} has no scalar magnetometer {sensor!r}; allowed: {', '.join(known) or 'none'}"
+        )
+        raise RequestError(msg)
+    return sensor
+
+
+def save(figure: "Figure", path: Path, *, force: bool = False) -> None:
+    """Write a figure as PNG or SVG by the ending of the path, atomically.
+
+    Raises
+    ------
+    RequestError
+        If the ending is another one, or the file exists and ``force`` is not set.
+    """
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in {"png", "svg"}:
+        msg = f"{path}: a picture ends in .png or .svg, not {path.suffix!r}"
+        raise RequestError(msg)
+    metadata = {"png": {"Software": None}, "svg": {"Date": None}}[kind]
+    atomic_write(path, lambda part: figure.savefig(part, format=kind, metadata=metadata), force=force)

@@ -1,0 +1,210 @@
+"""The drawing itself: matplotlib figures of one recording."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.signal import welch
+
+from magsim import columns, signals
+from magsim.earth.wgs84 import local_offsets
+from magsim.recording import Recording
+
+INK = "#22262b"
+GRAY = "#8a9099"
+COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6")
+MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf"}
+PART_COLORS = dict(zip(("permanent", "hinged", "induced", "eddy"), COLORS, strict=False))
+
+
+def _new(width: float, height: float) -> Figure:
+    figure = Figure(figsize=(width, height), dpi=120, layout="constrained")
+    figure.patch.set_facecolor("white")
+    return figure
+
+
+def _dress(axes: Axes, ylabel: str, *, xlabel: str = "") -> None:
+    axes.set_ylabel(ylabel, color=INK, fontsize=9)
+    if xlabel:
+        axes.set_xlabel(xlabel, color=INK, fontsize=9)
+    axes.tick_params(colors=INK, labelsize=8)
+    axes.grid(visible=True, color="#e4e7ea", linewidth=0.6)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def _runs(values: np.ndarray) -> list[tuple[int, int, float]]:
+    """Runs of equal value: (first row, row after the last, value)."""
+    cuts = np.flatnonzero(np.diff(values)) + 1
+    bounds = [0, *cuts.tolist(), len(values)]
+    return [(a, b, float(values[a])) for a, b in pairwise(bounds)]
+
+
+def _shade_maneuvers(axes: Axes, recording: Recording, *, legend: bool = False) -> None:
+    if "maneuver" not in recording:
+        return
+    seen = set()
+    for first, last, code in _runs(recording["maneuver"]):
+        if code:
+            label = columns.MANEUVERS[int(code)] if legend and code not in seen else None
+            seen.add(code)
+            start, stop = recording.time_s[first], recording.time_s[last - 1]
+            axes.axvspan(start, stop, color=MANEUVER_COLORS[int(code)], lw=0, label=label, zorder=0)
+
+
+def _angle(recording: Recording, angle: str) -> np.ndarray:
+    true = columns.TRUE_ATTITUDE.name(angle=angle)
+    return recording[true] if true in recording else recording[columns.INS_ATTITUDE.name(angle=angle)]
+
+
+def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:
+    """Heading with gaps where it passes north, so that no line runs across the plot."""
+    out = heading_deg.copy()
+    out[1:][np.abs(np.diff(heading_deg)) > 180.0] = np.nan
+    return out
+
+
+def flight(recording: Recording) -> Figure:
+    """Ground track, attitude and height."""
+    figure = _new(13.0, 6.4)
+    grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.7))
+    track = figure.add_subplot(grid[:, 0])
+    lat, lon = np.radians(_angle(recording, "lat")), np.radians(_angle(recording, "lon"))
+    north, east = local_offsets(lat, lon, lat[0], lon[0])
+    circuit = recording["circuit"] if "circuit" in recording else np.ones(len(recording))
+    for number in np.unique(circuit):
+        rows = circuit == number
+        color = COLORS[int(number - 1) % len(COLORS)]
+        track.plot(east[rows] / 1e3, north[rows] / 1e3, color=color, lw=1.2, label=f"circuit {number:.0f}")
+    track.plot(0.0, 0.0, "o", color=INK, ms=5, label="start")
+    track.plot(east[-1] / 1e3, north[-1] / 1e3, "s", color=INK, ms=5, mfc="none", label="end")
+    track.set_aspect("equal", adjustable="datalim")
+    _dress(track, "north [km]", xlabel="east [km]")
+    track.legend(fontsize=8, frameon=False, loc="center")
+    track.set_title(f"{recording.name}: ground track", fontsize=10, color=INK, loc="left")
+    first = None
+    for i, angle in enumerate(("roll", "pitch", "heading")):
+        axes = figure.add_subplot(grid[i, 1], sharex=first)
+        first = first or axes
+        values = _angle(recording, angle)
+        _shade_maneuvers(axes, recording, legend=i == 0)
+        axes.plot(recording.time_s, _heading_for_line(values) if angle == "heading" else values, color=INK, lw=0.8)
+        _dress(axes, f"{angle} [deg]")
+        axes.tick_params(labelbottom=False)
+        if i == 0:
+            axes.set_title("attitude and height; maneuvers shaded", fontsize=10, color=INK, loc="left")
+            axes.legend(fontsize=8, frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    height = columns.TRUE_ALTITUDE.pattern
+    axes = figure.add_subplot(grid[3, 1], sharex=first)
+    _shade_maneuvers(axes, recording)
+    axes.plot(recording.time_s, recording[height if height in recording else "ins_alt_m"], color=INK, lw=0.8)
+    _dress(axes, "height [m]", xlabel="time [s]")
+    axes.set_xlim(recording.time_s[0], recording.time_s[-1])
+    return figure
+
+
+def field(recording: Recording, sensor: str) -> Figure:
+    """Reading and background."""
+    figure = _new(11.0, 4.2)
+    axes = figure.add_subplot()
+    _shade_maneuvers(axes, recording, legend=True)
+    axes.plot(recording.time_s, recording[columns.MAG.name(sensor=sensor)], color=COLORS[0], lw=0.8, label="reading")
+    clean = columns.CLEAN.name(sensor=sensor)
+    if clean in recording:
+        axes.plot(recording.time_s, recording[clean], color=INK, lw=1.2, label="background (truth)")
+    _dress(axes, "total field [nT]", xlabel="time [s]")
+    axes.ticklabel_format(axis="y", useOffset=False)
+    axes.set_xlim(recording.time_s[0], recording.time_s[-1])
+    axes.legend(fontsize=8, frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    axes.set_title(f"{recording.name}: scalar magnetometer {sensor}", fontsize=10, color=INK, loc="left")
+    return figure
+
+
+def part_projections(recording: Recording, sensor: str) -> dict[str, np.ndarray]:
+    """Each part of the platform's field along the background's direction, (n,) [nT]; zero parts are left out."""
+    earth = recording.vector(columns.PART, component="earth", sensor=sensor)
+    direction = earth / np.linalg.norm(earth, axis=1, keepdims=True)
+    out = {}
+    for component in columns.COMPONENTS[1:]:
+        vector = recording.vector(columns.PART, component=component, sensor=sensor)
+        if np.any(vector):
+            out[component] = np.einsum("ni,ni->n", vector, direction)
+    return out
+
+
+def interference(recording: Recording, sensor: str) -> Figure:
+    """Parts of the interference, in full and in band."""
+    parts = part_projections(recording, sensor)
+    figure = _new(11.0, 2.0 + 1.7 * len(parts))
+    grid = figure.subplots(len(parts) + 1, 2, sharex=True, squeeze=False, width_ratios=(1.0, 1.0))
+    label = recording[columns.INTERFERENCE.name(sensor=sensor)]
+    rows = [("sum (norm)", label, INK)]
+    rows += [(name, values, PART_COLORS[name]) for name, values in parts.items()]
+    for i, (name, values, color) in enumerate(rows):
+        band = signals.bandpass(values, recording.rate_hz)
+        for axes, line in zip(grid[i], (values, band), strict=True):
+            _shade_maneuvers(axes, recording)
+            axes.plot(recording.time_s, line, color=color, lw=0.7)
+            _dress(axes, f"{name} [nT]", xlabel="time [s]" if i == len(rows) - 1 else "")
+        inner = signals.crop_mask(recording.time_s)
+        text = f"STD in band {np.std(band[inner]):.3g} nT"
+        grid[i][1].annotate(text, (0.99, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=8, color=INK)
+    grid[0][0].set_title(f"{recording.name}, {sensor}: interference", fontsize=10, color=INK, loc="left")
+    grid[0][1].set_title("the same, 0.1 to 0.6 Hz", fontsize=10, color=INK, loc="left")
+    grid[0][0].set_xlim(recording.time_s[0], recording.time_s[-1])
+    return figure
+
+
+def spectrum(recording: Recording, sensor: str) -> Figure:
+    """Amplitude spectral densities."""
+    figure = _new(11.0, 4.6)
+    left, right = figure.subplots(1, 2)
+    lines = {"reading": (recording[columns.MAG.name(sensor=sensor)], INK)}
+    if columns.CLEAN.name(sensor=sensor) in recording:
+        lines["background"] = (recording[columns.CLEAN.name(sensor=sensor)], GRAY)
+        lines["instrument error"] = (recording[columns.ERROR.name(sensor=sensor)], "#c9b037")
+        lines |= {name: (values, PART_COLORS[name]) for name, values in part_projections(recording, sensor).items()}
+    size = min(1024, len(recording))
+    for name, (values, color) in lines.items():
+        frequency, power = welch(values, recording.rate_hz, nperseg=size, detrend="linear")
+        left.loglog(frequency[1:], np.sqrt(power[1:]), color=color, lw=1.0, label=name)
+    _dress(left, "nT / sqrt(Hz)", xlabel="frequency [Hz]")
+    for angle, color in zip(("roll", "pitch", "heading"), COLORS, strict=False):
+        values = np.degrees(np.unwrap(np.radians(_angle(recording, angle))))
+        frequency, power = welch(values, recording.rate_hz, nperseg=size, detrend="linear")
+        right.loglog(frequency[1:], np.sqrt(power[1:]), color=color, lw=1.0, label=angle)
+    _dress(right, "deg / sqrt(Hz)", xlabel="frequency [Hz]")
+    for axes, title in ((left, f"{recording.name}, {sensor}: field"), (right, "attitude")):
+        axes.axvspan(0.1, 0.6, color="#eef1f4", lw=0, zorder=0)
+        axes.set_title(f"{title}; band shaded", fontsize=10, color=INK, loc="left")
+        axes.legend(fontsize=8, frameon=False)
+    return figure
+
+
+def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndarray]) -> Figure:
+    """In-band error before and after compensation."""
+    figure = _new(11.0, 1.8 + 1.5 * len(estimates))
+    grid = figure.subplots(1 + len(estimates), 1, sharex=True)
+    measured = recording[columns.MAG.name(sensor=sensor)]
+    clean = recording[columns.CLEAN.name(sensor=sensor)]
+    rows = {"before compensation": measured - clean}
+    rows |= {name: measured - estimate - clean for name, estimate in estimates.items()}
+    inner = signals.crop_mask(recording.time_s)
+    after = 0.0
+    for i, (axes, (name, error)) in enumerate(zip(grid, rows.items(), strict=True)):
+        band = signals.bandpass(error, recording.rate_hz)
+        _shade_maneuvers(axes, recording, legend=i == 0)
+        axes.plot(recording.time_s[inner], band[inner], color=COLORS[(i - 1) % len(COLORS)] if i else INK, lw=0.7)
+        _dress(axes, "[nT]", xlabel="time [s]" if i == len(estimates) else "")
+        axes.set_title(f"{name}: STD {np.std(band[inner]):.4g} nT", fontsize=9, color=INK, loc="left")
+        if i:
+            after = max(after, 1.1 * float(np.max(np.abs(band[inner]))))
+    for axes in grid[1:]:
+        axes.set_ylim(-after, after)
+    grid[0].legend(fontsize=8, frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    grid[0].set_xlim(recording.time_s[0], recording.time_s[-1])
+    figure.suptitle(f"{recording.name}, {sensor}: error against truth, 0.1 to 0.6 Hz", fontsize=10, color=INK)
+    return figure
