@@ -316,7 +316,8 @@ class Scenario(Strict):
             if needed > available:
                 msg = (
                     f"pattern.maneuvers: leg {leg + 1} needs {needed:.0f} s for its maneuvers, but a leg of "
-                    f"{pattern.leg_m:g} m takes {available:.0f} s at {speed:g} m/s; allowed: shorter trains or longer legs"
+                    f"{pattern.leg_m:g} m takes {available:.0f} s at {speed:g} m/s; "
+                    "allowed: shorter trains or longer legs"
                 )
                 raise ValueError(msg)
             for train in pattern.maneuvers:
@@ -325,8 +326,8 @@ class Scenario(Strict):
                     low, high = aircraft.limits.load_factor
                     if not low <= 1.0 - swing or not 1.0 + swing <= high:
                         msg = (
-                            f"pattern.maneuvers: pitch of {train.amplitude(leg):g} deg in {train.period(leg):g} s pulls "
-                            f"{1.0 + swing:.2f} g; allowed for {aircraft.name}: {low:g} to {high:g} g (a longer period "
+                            f"pattern.maneuvers: pitch of {train.amplitude(leg):g} deg in {train.period(leg):g} s "
+                            f"pulls {1.0 + swing:.2f} g; allowed for {aircraft.name}: {low:g} to {high:g} g (a longer period "
                             "or a smaller amplitude)"
                         )
                         raise ValueError(msg)

@@ -70,9 +70,7 @@ class Trajectory:
 
     @cached_property
     def _spline(self) -> CubicSpline:
-        table = np.column_stack(
-            [self.lat_rad, self.lon_rad, self.alt_m, self.velocity_n, self.attitude, self.rate_b]
-        )
+        table = np.column_stack([self.lat_rad, self.lon_rad, self.alt_m, self.velocity_n, self.attitude, self.rate_b])
         return CubicSpline(self.time_s, table)
 
     def at(self, time_s: np.ndarray) -> "Trajectory":
@@ -178,10 +176,9 @@ class Flight:
         return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
 
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Segment labels at given times, as the columns of ``magsim.columns``: circuit, leg, turn,
-        leg_heading_deg, maneuver, cycle; each (m,).
+        """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.
 
-        Times before the first segment take the first, times after the last take the last.
+        These are circuit, leg, turn, leg_heading_deg, maneuver and cycle. Times before the first segment take the first, times after the last take the last.
         """
         time_s = np.asarray(time_s, dtype=float)
         starts = np.array([s.start_s for s in self.segments])
