@@ -327,8 +327,8 @@ class Scenario(Strict):
                     if not low <= 1.0 - swing or not 1.0 + swing <= high:
                         msg = (
                             f"pattern.maneuvers: pitch of {train.amplitude(leg):g} deg in {train.period(leg):g} s "
-                            f"pulls {1.0 + swing:.2f} g; allowed for {aircraft.name}: {low:g} to {high:g} g (a longer period "
-                            "or a smaller amplitude)"
+                            f"pulls {1.0 + swing:.2f} g; allowed for {aircraft.name}: {low:g} to {high:g} g "
+                            "(a longer period or a smaller amplitude)"
                         )
                         raise ValueError(msg)
 

@@ -178,7 +178,8 @@ class Flight:
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
         """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.
 
-        These are circuit, leg, turn, leg_heading_deg, maneuver and cycle. Times before the first segment take the first, times after the last take the last.
+        These are circuit, leg, turn, leg_heading_deg, maneuver and cycle. Times before the first segment take the
+        first, times after the last take the last.
         """
         time_s = np.asarray(time_s, dtype=float)
         starts = np.array([s.start_s for s in self.segments])
