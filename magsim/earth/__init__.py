@@ -1,0 +1,14 @@
+"""The Earth as everyone may know it: the WGS-84 ellipsoid and the IGRF main field."""
+
+from magsim.earth.igrf import decimal_year, decimal_years, igrf
+from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, radii_of_curvature, rot_ne_at
+
+__all__ = [
+    "decimal_year",
+    "decimal_years",
+    "ecef_from_geodetic",
+    "geodetic_from_ecef",
+    "igrf",
+    "radii_of_curvature",
+    "rot_ne_at",
+]
