@@ -1,0 +1,234 @@
+"""Filters and derivatives that everyone shares: pure functions of evenly sampled arrays.
+
+Time runs along the first axis; further axes are columns. Sampling rates are in Hz.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy import signal
+from scipy.interpolate import CubicSpline
+
+BAND_HZ = (0.1, 0.6)
+"""Edges of the band that compensation is judged in [Hz]; amplitude gain 0.5 there, forward and backward."""
+
+HIGH_PASS_HZ = 0.03
+"""Edge of the high-pass of paper 002 [Hz]."""
+
+ORDER = 4
+"""Order of the Butterworth prototypes."""
+
+EDGE_S = 30.0
+"""What a forward-backward filter spoils at each end of what it filters, and what scores leave out [s]."""
+
+
+@lru_cache(maxsize=32)
+def _butter(edges_hz: tuple[float, ...], kind: str, rate_hz: float) -> np.ndarray:
+    edges = edges_hz[0] if len(edges_hz) == 1 else edges_hz
+    return signal.butter(ORDER, edges, kind, fs=rate_hz, output="sos")
+
+
+def _forward_backward(values: np.ndarray, edges_hz: tuple[float, ...], kind: str, rate_hz: float) -> np.ndarray:
+    values = np.asarray(values, dtype=float)
+    # scipy's default run-out at the ends, cut where the signal is shorter than it.
+    sos = _butter(edges_hz, kind, float(rate_hz))
+    pad = min(3 * (2 * len(sos) + 1), len(values) - 1)
+    return signal.sosfiltfilt(sos, values, axis=0, padlen=pad)
+
+
+def band_pass(values: np.ndarray, rate_hz: float, band_hz: tuple[float, float] = BAND_HZ) -> np.ndarray:
+    """Butterworth band-pass of order 4, forward and backward (zero phase).
+
+    Parameters
+    ----------
+    values : (n, ...)
+        Without gaps; filter a whole flight and crop afterward, never across a gap.
+    rate_hz : float [Hz]
+    band_hz : (low, high) [Hz]
+        Amplitude gain is 0.5 at both edges (each direction gives sqrt(0.5)).
+
+    Returns
+    -------
+    (n, ...)
+    """
+    return _forward_backward(values, tuple(band_hz), "bandpass", rate_hz)
+
+
+def high_pass(values: np.ndarray, rate_hz: float, edge_hz: float = HIGH_PASS_HZ) -> np.ndarray:
+    """Butterworth high-pass of order 4, forward and backward (zero phase); amplitude gain 0.5 at the edge.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    rate_hz, edge_hz : float [Hz]
+
+    Returns
+    -------
+    (n, ...)
+    """
+    return _forward_backward(values, (float(edge_hz),), "highpass", rate_hz)
+
+
+def derivative(values: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Derivative by time from central differences (one-sided at the ends), per second.
+
+    Parameters
+    ----------
+    values : (n, ...)
+        At least 2 samples.
+    rate_hz : float [Hz]
+
+    Returns
+    -------
+    (n, ...) [unit of values / s]
+        Gain of a sine of frequency f: ``sin(2 pi f / rate) / (2 pi f / rate)``.
+    """
+    return np.gradient(np.asarray(values, dtype=float), 1.0 / rate_hz, axis=0)
+
+
+def spline_derivative(values: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Derivative by time of the cubic spline through the samples, per second.
+
+    Parameters
+    ----------
+    values : (n, ...)
+        At least 4 samples.
+    rate_hz : float [Hz]
+
+    Returns
+    -------
+    (n, ...) [unit of values / s]
+        At 0.6 Hz and 10 Hz sampling 0.01 % from exact, where central differences are 2.3 % low.
+    """
+    values = np.asarray(values, dtype=float)
+    time = np.arange(len(values)) / rate_hz
+    return CubicSpline(time, values, axis=0)(time, 1)
+
+
+PASS_EDGE, STOP_EDGE = 0.25, 0.5
+"""Edges of the anti-alias filter over the output rate."""
+
+STOP_DB = 86.0
+"""Design attenuation of the anti-alias filter [dB]; the pass band ripples by the same amount."""
+
+
+def run_in_s(rate_out_hz: float) -> float:
+    """Time before the first and after the last output row that a ``Decimator`` reads, at most [s].
+
+    True for every input rate of at least 3 times the output rate.
+    """
+    return 13.0 / rate_out_hz
+
+
+@dataclass(frozen=True)
+class Decimator:
+    """Anti-alias filter and decimation of a recording system: centered, linear phase, no delay.
+
+    A Kaiser-window FIR low-pass: gain exactly 1 at zero, within 1e-4 of 1 up to a quarter of the output rate
+    (2.5 Hz at 10 Hz out), at least 80 dB down from half of the output rate on, so that nothing folds back.
+    Only the wanted output rows are computed.
+
+    Attributes
+    ----------
+    rate_in_hz : float
+    rate_out_hz : float
+        Divides ``rate_in_hz``.
+
+    Raises
+    ------
+    ValueError
+        If the output rate does not divide the input rate.
+    """
+
+    rate_in_hz: float
+    rate_out_hz: float
+
+    def __post_init__(self) -> None:
+        ratio = self.rate_in_hz / self.rate_out_hz
+        if not (round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-6):
+            msg = f"{self.rate_out_hz:g} Hz out does not divide {self.rate_in_hz:g} Hz in"
+            raise ValueError(msg)
+
+    @property
+    def factor(self) -> int:
+        """Input samples for each output row."""
+        return round(self.rate_in_hz / self.rate_out_hz)
+
+    @cached_property
+    def taps(self) -> np.ndarray:
+        """Impulse response, (2 half + 1,), symmetric, sum 1."""
+        width = (STOP_EDGE - PASS_EDGE) * self.rate_out_hz / (self.rate_in_hz / 2.0)
+        count, beta = signal.kaiserord(STOP_DB, width)
+        taps = signal.firwin(
+            count | 1,
+            (STOP_EDGE + PASS_EDGE) / 2.0 * self.rate_out_hz,
+            window=("kaiser", beta),
+            fs=self.rate_in_hz,
+        )
+        taps = (taps + taps[::-1]) / 2.0
+        taps /= taps.sum()
+        taps.flags.writeable = False
+        return taps
+
+    @property
+    def half(self) -> int:
+        """Input samples that are read on each side of an output row: the run-in the caller provides."""
+        return len(self.taps) // 2
+
+    @property
+    def description(self) -> str:
+        """The response in words, for provenance."""
+        return (
+            f"linear-phase FIR low-pass, Kaiser window, {len(self.taps)} taps at {self.rate_in_hz:g} Hz, centered; gain "
+            f"within 1e-4 of 1 up to {PASS_EDGE * self.rate_out_hz:g} Hz, 80 dB down from "
+            f"{STOP_EDGE * self.rate_out_hz:g} Hz; then 1 of {self.factor} samples"
+        )
+
+    def rows_of(self, size: int, first: int) -> int:
+        """How many output rows an input of ``size`` samples can give, the first centered on sample ``first``."""
+        return max(0, (size - 1 - self.half - first) // self.factor + 1)
+
+    def __call__(self, values: np.ndarray, first: int | None = None, rows: int | None = None) -> np.ndarray:
+        """Filter and decimate.
+
+        Parameters
+        ----------
+        values : (n, ...)
+            At the input rate.
+        first : int
+            Sample that the first output row is centered on; at least ``half``, which is also the default.
+        rows : int
+            How many output rows; by default as many as the input allows.
+
+        Returns
+        -------
+        (rows, ...)
+            Row ``i`` belongs to the instant of input sample ``first + i factor``.
+
+        Raises
+        ------
+        ValueError
+            If the input does not reach ``half`` samples beyond the first and the last row.
+        """
+        values = np.asarray(values, dtype=float)
+        first = self.half if first is None else first
+        rows = self.rows_of(len(values), first) if rows is None else rows
+        last = first + (rows - 1) * self.factor
+        if rows < 1 or first < self.half or last + self.half >= len(values):
+            msg = (
+                f"{rows} rows from sample {first} on need {self.half} samples of run-in and run-out; "
+                f"the input has {len(values)} samples"
+            )
+            raise ValueError(msg)
+        table = values.reshape(len(values), -1)
+        out = np.empty((rows, table.shape[1]))
+        for column in range(table.shape[1]):
+            out[:, column] = self._column(np.ascontiguousarray(table[:, column]), first, rows)
+        return out.reshape(rows, *values.shape[1:])
+
+    def _column(self, values: np.ndarray, first: int, rows: int) -> np.ndarray:
+        """One contiguous column: a sum of products for each output row, without BLAS."""
+        start, stop = first - self.half, first + (rows - 1) * self.factor + self.half + 1
+        windows = np.lib.stride_tricks.sliding_window_view(values[start:stop], len(self.taps))
+        return np.einsum("nk,k->n", windows[:: self.factor], self.taps)
