@@ -20,6 +20,12 @@ COMPONENTS = ("earth", "permanent", "hinged", "induced", "eddy")
 
 AXES = ("x", "y", "z")
 
+DIRECTIONS = ("n", "e", "d")
+"""Local axes: north, east, down."""
+
+INS_ANGLES = ("roll", "pitch", "heading", "lat", "lon")
+"""Angles of ``ins_{angle}_deg`` and ``true_{angle}_deg``: attitude, then WGS-84 position."""
+
 MANEUVERS = {0: "none", 1: "pitch", 2: "roll", 3: "yaw"}
 SPLITS = {0: "train", 1: "valid", 2: "test"}
 
@@ -54,7 +60,12 @@ class Family:
     @cached_property
     def regex(self) -> re.Pattern[str]:
         """The pattern as a regular expression with one group for each field."""
-        choices = {"axis": "|".join(AXES), "component": "|".join(COMPONENTS)}
+        choices = {
+            "axis": "|".join(AXES),
+            "component": "|".join(COMPONENTS),
+            "angle": "|".join(INS_ANGLES),
+            "direction": "|".join(DIRECTIONS),
+        }
         parts = re.split(r"\{(\w+)\}", self.pattern)
         text = "".join(
             re.escape(part) if i % 2 == 0 else f"(?P<{part}>{choices.get(part, NAME_PATTERN)})"
@@ -76,7 +87,9 @@ TIME = "time_s"
 
 MAG = Family("mag_{sensor}_nt", "input", "nT", "", "Reading of a scalar magnetometer", "mag_{sensor}_uc")
 FLUX = Family("flux_{sensor}_{axis}_nt", "input", "nT", "s", "Reading of a fluxgate axis", "flux_{sensor}_{axis}")
-INS_ATTITUDE = Family("ins_{angle}_deg", "input", "deg", "", "Attitude from the INS; heading clockwise from north")
+INS_ATTITUDE = Family(
+    "ins_{angle}_deg", "input", "deg", "", "Attitude and WGS-84 position from the INS; heading in [0, 360)"
+)
 INS_VELOCITY = Family("ins_v{direction}_mps", "input", "m/s", "n", "Velocity from the INS: n north, e east, d down")
 INS_ALTITUDE = Family("ins_alt_m", "input", "m", "", "Height above the WGS-84 ellipsoid from the INS")
 SURFACE = Family("surface_{surface}_deg", "input", "deg", "", "Deflection of a control surface about its hinge")
@@ -92,7 +105,7 @@ CLEAN = Family("clean_{sensor}_nt", "truth", "nT", "", "Background field at the 
 TOTAL = Family("total_{sensor}_nt", "truth", "nT", "", "Whole field at the sensor without instrument errors, norm")
 ERROR = Family("error_{sensor}_nt", "truth", "nT", "", "Instrument error of a scalar magnetometer: reading minus norm")
 PART = Family("{component}_{sensor}_{axis}_nt", "truth", "nT", "b", "One part of the field at a sensor, body axes")
-TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude; heading clockwise from north")
+TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude and WGS-84 position; heading in [0, 360)")
 TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
 TRUE_VELOCITY = Family("true_v{direction}_mps", "truth", "m/s", "n", "True velocity: n north, e east, d down")
 TRUE_ALTITUDE = Family("true_alt_m", "truth", "m", "", "True height above the WGS-84 ellipsoid")
@@ -104,9 +117,6 @@ LEG_HEADING = Family("leg_heading_deg", "segment", "deg", "", "Planned course of
 MANEUVER = Family("maneuver", "segment", "1", "", "0 none, 1 pitch, 2 roll, 3 yaw")
 CYCLE = Family("cycle", "segment", "1", "", "Number of the maneuver's cycle from 1, 0 outside maneuvers")
 SPLIT = Family("split", "segment", "1", "", "0 train, 1 valid, 2 test")
-
-INS_ANGLES = ("roll", "pitch", "heading", "lat", "lon")
-"""Angles of ``ins_{angle}_deg`` and ``true_{angle}_deg``: attitude, then WGS-84 position."""
 
 FAMILIES: tuple[Family, ...] = (
     MAG,

@@ -81,4 +81,6 @@ def rotate_about(axis: np.ndarray, angle: np.ndarray, vector: np.ndarray) -> np.
 
 def wrap_pi(angle: np.ndarray | float) -> np.ndarray | float:
     """Bring an angle [rad] into [-pi, pi)."""
-    return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
+    wrapped = (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
+    # Just below -pi the remainder rounds up to a whole turn.
+    return np.where(wrapped >= np.pi, -np.pi, wrapped)

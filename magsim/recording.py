@@ -8,17 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from magsim import columns
+from magsim.arrays import readonly
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def _readonly(array: np.ndarray) -> np.ndarray:
-    array = np.ascontiguousarray(array, dtype=float)
-    if array.flags.writeable:
-        array = array.view()
-        array.flags.writeable = False
-    return array
 
 
 @dataclass(frozen=True)
@@ -44,11 +37,11 @@ class Recording:
     meta: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        time_s = _readonly(self.time_s)
-        if time_s.ndim != 1 or len(time_s) < 2 or not np.all(np.diff(time_s) > 0.0):
-            msg = f"time_s of {self.name!r} must be one row of at least 2 strictly increasing times"
+        time_s = readonly(self.time_s)
+        if time_s.ndim != 1 or len(time_s) < 2 or not (np.all(np.diff(time_s) > 0.0) and np.isfinite(time_s).all()):
+            msg = f"time_s of {self.name!r} must be one row of at least 2 finite, strictly increasing times"
             raise ValueError(msg)
-        data = {name: _readonly(column) for name, column in self.data.items()}
+        data = {name: readonly(column) for name, column in self.data.items()}
         for name, column in data.items():
             columns.role_of(name)
             if column.shape != time_s.shape:
@@ -110,7 +103,7 @@ class Recording:
 
     def _keep(self, roles: tuple[str, ...]) -> "Recording":
         kept = {name: column for name, column in self.data.items() if columns.role_of(name) in roles}
-        public = {key: self.meta[key] for key in ("start_utc",) if key in self.meta}
+        public = {key: self.meta[key] for key in ("start_utc", "rate_hz") if key in self.meta}
         return Recording(self.name, self.time_s, kept, public)
 
     def labeled(self) -> "Recording":
@@ -123,9 +116,7 @@ class Recording:
 
     def take(self, rows: np.ndarray | slice) -> "Recording":
         """The rows picked by a mask, an index array or a slice."""
-        return replace(
-            self, time_s=self.time_s[rows], data={name: column[rows] for name, column in self.data.items()}
-        )
+        return replace(self, time_s=self.time_s[rows], data={name: column[rows] for name, column in self.data.items()})
 
     def where(self, **values: float | str) -> "Recording":
         """The rows whose segment columns have the given values, ``where(circuit=1)`` or ``where(split="train")``.
@@ -145,18 +136,32 @@ class Recording:
         return self.take(rows)
 
     def mask(self, **values: float | str) -> np.ndarray:
-        """Boolean (n,) of the rows whose segment columns have the given values (see ``where``)."""
+        """Boolean (n,) of the rows whose segment columns have the given values (see ``where``).
+
+        Raises
+        ------
+        ValueError
+            If a word stands for no value of that column.
+        """
         codes = {"split": columns.SPLITS, "maneuver": columns.MANEUVERS}
         rows = np.ones(len(self), dtype=bool)
         for key, value in values.items():
             code = value
             if isinstance(value, str):
-                code = {word: number for number, word in codes[key].items()}[value]
+                words = {word: number for number, word in codes.get(key, {}).items()}
+                if value not in words:
+                    allowed = ", ".join(words) or "numbers"
+                    msg = f"{key!r} cannot be {value!r}; allowed: {allowed}"
+                    raise ValueError(msg)
+                code = words[value]
             rows &= self[key] == code
         return rows
 
     def pieces(self) -> tuple["Recording", ...]:
-        """The recording cut where time jumps by more than 1.5 steps: parts that may be filtered."""
+        """The recording cut where time jumps by more than 1.5 steps: parts that may be filtered.
+
+        A single row between two jumps is left out.
+        """
         cuts = np.flatnonzero(np.diff(self.time_s) > 1.5 / self.rate_hz) + 1
         bounds = [0, *cuts.tolist(), len(self)]
         pairs = [(a, b) for a, b in zip(bounds, bounds[1:], strict=False) if b - a >= 2]

@@ -8,15 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim import columns
-
-
-def readonly(array: np.ndarray) -> np.ndarray:
-    """The array as C-ordered float64 that cannot be written to."""
-    array = np.ascontiguousarray(array, dtype=float)
-    if array.flags.writeable:
-        array = array.view()
-        array.flags.writeable = False
-    return array
+from magsim.arrays import readonly
 
 
 @dataclass(frozen=True)
@@ -73,6 +65,21 @@ class Trajectory:
         table = np.column_stack([self.lat_rad, self.lon_rad, self.alt_m, self.velocity_n, self.attitude, self.rate_b])
         return CubicSpline(self.time_s, table)
 
+    def inside(self, time_s: np.ndarray) -> np.ndarray:
+        """The times, if all of them lie inside the logged span.
+
+        Raises
+        ------
+        ValueError
+            If one does not.
+        """
+        time_s = np.asarray(time_s, dtype=float)
+        slack = 1e-9
+        if len(time_s) and not (time_s.min() >= self.time_s[0] - slack and time_s.max() <= self.time_s[-1] + slack):
+            msg = f"times {time_s.min()}..{time_s.max()} s leave the logged {self.time_s[0]}..{self.time_s[-1]} s"
+            raise ValueError(msg)
+        return time_s
+
     def at(self, time_s: np.ndarray) -> "Trajectory":
         """The motion at other times inside the logged span, by cubic splines through every logged quantity.
 
@@ -90,12 +97,7 @@ class Trajectory:
         ValueError
             If a time lies outside the logged span.
         """
-        time_s = np.asarray(time_s, dtype=float)
-        slack = 1e-9
-        if len(time_s) and (time_s.min() < self.time_s[0] - slack or time_s.max() > self.time_s[-1] + slack):
-            msg = f"times {time_s.min()}..{time_s.max()} s leave the logged {self.time_s[0]}..{self.time_s[-1]} s"
-            raise ValueError(msg)
-        rows = self._spline(time_s)
+        rows = self._spline(self.inside(time_s))
         return Trajectory(
             time_s, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3:6], rows[:, 6:9], rows[:, 9:12], self.reference_b
         )
@@ -166,13 +168,31 @@ class Flight:
     maneuvers: tuple[ManeuverFlown, ...]
     notes: Mapping[str, object] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        controls = {name: readonly(angle) for name, angle in self.controls.items()}
+        for name, angle in controls.items():
+            if angle.shape != self.carrier.time_s.shape:
+                msg = f"control {name!r} has shape {angle.shape}, expected {self.carrier.time_s.shape}"
+                raise ValueError(msg)
+        object.__setattr__(self, "controls", controls)
+        object.__setattr__(self, "segments", tuple(self.segments))
+        object.__setattr__(self, "maneuvers", tuple(self.maneuvers))
+
     @cached_property
     def _control_spline(self) -> CubicSpline:
         return CubicSpline(self.carrier.time_s, np.column_stack(list(self.controls.values())))
 
     def controls_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Deflections [rad] at other times, by cubic splines; one (m,) array for each surface."""
-        rows = self._control_spline(np.asarray(time_s, dtype=float))
+        """Deflections [rad] at other times inside the logged span, by cubic splines; (m,) for each surface.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        if not self.controls:
+            return {}
+        rows = self._control_spline(self.carrier.inside(time_s))
         return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
 
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
@@ -196,5 +216,6 @@ class Flight:
         for maneuver in self.maneuvers:
             rows = (time_s >= maneuver.start_s - 1e-9) & (time_s < maneuver.stop_s - 1e-9)
             out["maneuver"][rows] = codes[maneuver.axis]
-            out["cycle"][rows] = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
+            begun = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
+            out["cycle"][rows] = np.minimum(begun, maneuver.cycles)
         return out

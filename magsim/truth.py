@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from magsim.trajectory import readonly
+from magsim import columns
+from magsim.arrays import readonly
 
 
 @dataclass(frozen=True)
@@ -32,11 +33,16 @@ class FieldTruth:
     def __post_init__(self) -> None:
         shape = (len(self.time_s), len(self.mounts), 3)
         for name, part in self.parts_b.items():
+            if name not in columns.COMPONENTS:
+                msg = f"no part of the field is called {name!r}; allowed: {', '.join(columns.COMPONENTS)}"
+                raise ValueError(msg)
             if part.shape != shape:
                 msg = f"part {name!r} has shape {part.shape}, expected {shape}"
                 raise ValueError(msg)
         object.__setattr__(self, "time_s", readonly(self.time_s))
+        object.__setattr__(self, "mounts", tuple(self.mounts))
         object.__setattr__(self, "parts_b", {name: readonly(part) for name, part in self.parts_b.items()})
+        object.__setattr__(self, "currents_a", {name: readonly(row) for name, row in self.currents_a.items()})
 
     @property
     def rate_hz(self) -> float:
