@@ -1,0 +1,309 @@
+"""A TOML text with overrides: read, parsed, validated, and every problem told with its place."""
+
+import copy
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from stat import S_ISDIR, S_ISREG
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from magsim.config import keys
+from magsim.config.schema import did_you_mean, show_value
+from magsim.config.wording import Complaint, complaints
+from magsim.errors import RequestError
+
+MAX_BYTES = 1_000_000
+"""Largest configuration file that is read."""
+
+MAX_LINES = 100
+"""Most problems that are told at once."""
+
+_DEEP_KEY = re.compile(r"""(?<![\w\-"'.])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}""")
+_LONG_NUMBER = re.compile(r"[0-9][0-9_]{4000}")
+_WHERE = re.compile(r" \((?:at line (\d+), column (\d+)|at end of document)\)$")
+
+M = TypeVar("M", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Override:
+    """One ``key.path=value`` setting."""
+
+    text: str
+    path: keys.Path
+    value: object
+
+
+@dataclass(frozen=True)
+class Document:
+    """A parsed configuration.
+
+    Attributes
+    ----------
+    source : str
+        How messages name the file.
+    text : str
+        The TOML text, without overrides.
+    table : dict
+        What it says, overrides included.
+    overrides : tuple of Override
+        Those that could be applied.
+    problems : tuple of str
+        Lines about those that could not.
+    """
+
+    source: str
+    text: str
+    table: dict[str, object]
+    overrides: tuple[Override, ...] = ()
+    problems: tuple[str, ...] = ()
+
+    @cached_property
+    def _lines(self) -> keys.Lines:
+        return keys.Lines(self.text)
+
+    def validate(
+        self,
+        model: type[M],
+        *,
+        context: Mapping[str, object] | None = None,
+        also: Sequence[tuple[str, str]] = (),
+    ) -> M:
+        """The settings as a model.
+
+        Parameters
+        ----------
+        model : type
+            The pydantic model.
+        context : mapping, optional
+            What validators may want to know.
+        also : sequence of (str, str)
+            Problems that are known already, each a key path and its text; told in the same pass.
+
+        Raises
+        ------
+        RequestError
+            One line for each problem, in the order of the file.
+        """
+        found = [Complaint(keys.split(key) or (), text) for key, text in also]
+        result = None
+        try:
+            result = model.model_validate(self.table, context=context)
+        except ValidationError as error:
+            found += complaints(error, model, self.table)
+            found += self._without_unknown_keys(model, context, error)
+        lines = [*self.problems, *self._place(found)]
+        if lines:
+            raise RequestError(_joined(lines))
+        assert result is not None  # else the error had told a problem
+        return result
+
+    def _without_unknown_keys(
+        self, model: type[M], context: Mapping[str, object] | None, error: ValidationError
+    ) -> list[Complaint]:
+        """What shows only once the unknown keys are gone: checks that look at several keys together."""
+        unknown = [e for e in error.errors(include_url=False) if e["type"] == "extra_forbidden"]
+        if not unknown or len(unknown) < error.error_count():
+            return []
+        table = copy.deepcopy(self.table)
+        for complaint in complaints(error, model, self.table):
+            _remove(table, complaint.path)
+        try:
+            model.model_validate(table, context=context)
+        except ValidationError as second:
+            return complaints(second, model, table)
+        return []
+
+    def _place(self, found: Sequence[Complaint]) -> list[str]:
+        """Lines with their places: first those of the file in its order, then those of overrides."""
+        placed: dict[str, tuple[int, int]] = {}
+        for number, complaint in enumerate(found):
+            path = complaint.path
+            override = self._override_of(path)
+            name = keys.show(path)
+            if override is not None:
+                where = f"--set {keys.show(override.path)}"
+                rest = complaint.text if override.path == path else f"{name}: {complaint.text}"
+                placed.setdefault(f"{where}: {rest}", (2**31, number))
+                continue
+            line = self._lines.of(path)
+            rest = f"{name}: {complaint.text}" if name else complaint.text
+            placed.setdefault(f"{self.source}:{line}: {rest}", (line, number))
+        return sorted(placed, key=placed.__getitem__)
+
+    def _override_of(self, path: keys.Path) -> Override | None:
+        """The override that made the value at a path: the last that set it, or something around it."""
+        for override in reversed(self.overrides):
+            if path[: len(override.path)] == override.path:
+                return override
+        if path and path not in self._lines:
+            # a key that only exists because an override set something below it
+            return next((o for o in self.overrides if o.path[: len(path)] == path), None)
+        return None
+
+
+def read(path: Path, *, overrides: Sequence[str] = (), source: str | None = None) -> Document:
+    """Read and parse a TOML file; see ``magsim.config.load``.
+
+    Raises
+    ------
+    RequestError
+        If the file cannot be read, or its text or an override is no TOML.
+    """
+    source = source or str(path)
+    return parse(read_text(path, source), overrides=overrides, source=source)
+
+
+def read_text(path: Path, source: str) -> str:
+    """Text of a configuration file, or a RequestError that says why there is none."""
+    try:
+        mode = path.stat().st_mode
+        if S_ISDIR(mode):
+            msg = f"{source}: is a folder, not a TOML file"
+            raise RequestError(msg)
+        if not S_ISREG(mode):
+            msg = f"{source}: is not a regular file"
+            raise RequestError(msg)
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        msg = f"{source}: there is no such file"
+        raise RequestError(msg) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        msg = f"{source}: cannot be read: {reason}"
+        raise RequestError(msg) from None
+    if len(data) > MAX_BYTES:
+        msg = f"{source}: is larger than {MAX_BYTES // 1_000_000} MB, so it is no settings file"
+        raise RequestError(msg)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        msg = f"{source}:{line}: is not UTF-8 text (byte 0x{data[error.start]:02x}); save the file as UTF-8"
+        raise RequestError(msg) from None
+
+
+def parse(text: str, *, overrides: Sequence[str] = (), source: str = "<text>") -> Document:
+    """Parse a TOML text and lay overrides over it; see ``magsim.config.load``.
+
+    Raises
+    ------
+    RequestError
+        If the text is no TOML, or an override is written wrong then too. Overrides that do not fit the text are
+        told by ``Document.validate``, together with everything else.
+    """
+    problems, settings = [], []
+    for override in overrides:
+        try:
+            settings.append(_read_override(override))
+        except RequestError as error:
+            problems.append(str(error))
+    try:
+        table = _loads(text)
+    except ValueError as error:
+        raise RequestError(_joined([_syntax(str(error), text, source), *problems])) from None
+    applied = []
+    for setting in settings:
+        try:
+            _apply(table, setting)
+            applied.append(setting)
+        except RequestError as error:
+            problems.append(str(error))
+    return Document(source, text, table, tuple(applied), tuple(problems))
+
+
+def _loads(text: str) -> dict[str, object]:
+    """The table of a TOML text. A ValueError of tomllib or ours tells what is wrong and where.
+
+    Two things that tomllib takes too long or too hard are refused before: keys of very many parts, which cost it
+    quadratic time, and numbers of thousands of digits.
+    """
+    for pattern, what in ((_DEEP_KEY, "A key has more than 40 dotted parts"), (_LONG_NUMBER, "A number is too long")):
+        found = pattern.search(text)
+        if found is not None:
+            line = text.count("\n", 0, found.start()) + 1
+            msg = f"{what} (at line {line}, column {found.start() - text.rfind(chr(10), 0, found.start())})"
+            raise ValueError(msg)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        msg = "Lists or tables are nested too deep (at end of document)"
+        raise ValueError(msg) from None
+
+
+def _syntax(message: str, text: str, source: str) -> str:
+    found = _WHERE.search(message)
+    if found is None:
+        return f"{source}: is not TOML: {message}"
+    message = message[: found.start()].replace("Cannot overwrite a value", "A key is given twice")
+    if found[1] is None:
+        return f"{source}:{max(len(text.splitlines()), 1)}: is not TOML: {message} at the end of the file"
+    return f"{source}:{found[1]}: is not TOML: {message} (column {found[2]})"
+
+
+def _read_override(text: str) -> Override:
+    key, equals, value = text.partition("=")
+    path = keys.split(key)
+    if not equals or path is None or isinstance(path[0], int):
+        msg = f"--set {text}: is not of the form key.path=value, for example start.alt_m=2500"
+        raise RequestError(msg)
+    value = value.strip()
+    try:
+        read_back = _loads(f"value = {value}")
+    except ValueError:
+        read_back = {}
+    return Override(text, path, read_back["value"] if set(read_back) == {"value"} else value)
+
+
+def _apply(table: dict[str, object], override: Override) -> None:
+    """Set one value in place, making tables on the way; lists never grow."""
+    node: object = table
+    for i, part in enumerate(override.path):
+        last = i == len(override.path) - 1
+        here = keys.show(override.path[:i])
+        if isinstance(part, int):
+            if not isinstance(node, list):
+                _refuse(override, f"{here} is {show_value(node)}, not a list")
+            elif part >= len(node):
+                allowed = f"0 to {len(node) - 1}" if len(node) > 1 else ("0" if node else "none, the list is empty")
+                _refuse(override, f"{here} has no element {part}; allowed: {allowed}")
+            elif last:
+                node[part] = override.value
+            else:
+                node = node[part]
+        elif not isinstance(node, dict):
+            hint = f"; did you mean {here}[0]?" if isinstance(node, list) else ""
+            _refuse(override, f"{here} is {show_value(node)}, not a table{hint}")
+        elif last:
+            node[part] = override.value
+        else:
+            follows = override.path[i + 1]
+            if part not in node and isinstance(follows, int):
+                _refuse(override, f"there is no list {part!r}{did_you_mean(part, node)}")
+            node = node.setdefault(part, {})
+
+
+def _refuse(override: Override, why: str) -> None:
+    msg = f"--set {keys.show(override.path)}: {why}"
+    raise RequestError(msg)
+
+
+def _remove(table: object, path: keys.Path) -> None:
+    for part in path[:-1]:
+        table = table[part]  # type: ignore[index]
+    table.pop(path[-1], None)  # type: ignore[union-attr]
+
+
+def _joined(lines: Sequence[str]) -> str:
+    def told() -> Iterator[str]:
+        yield from lines[:MAX_LINES]
+        if len(lines) > MAX_LINES:
+            yield f"... and {len(lines) - MAX_LINES} more problems"
+
+    return "\n".join(told())
