@@ -88,7 +88,7 @@ TIME = "time_s"
 MAG = Family("mag_{sensor}_nt", "input", "nT", "", "Reading of a scalar magnetometer", "mag_{sensor}_uc")
 FLUX = Family("flux_{sensor}_{axis}_nt", "input", "nT", "s", "Reading of a fluxgate axis", "flux_{sensor}_{axis}")
 INS_ATTITUDE = Family(
-    "ins_{angle}_deg", "input", "deg", "", "Attitude and WGS-84 position from the INS; heading in [0, 360)"
+    "ins_{angle}_deg", "input", "deg", "", "Attitude, WGS-84 position from the INS; heading in [0, 360)"
 )
 INS_VELOCITY = Family("ins_v{direction}_mps", "input", "m/s", "n", "Velocity from the INS: n north, e east, d down")
 INS_ALTITUDE = Family("ins_alt_m", "input", "m", "", "Height above the WGS-84 ellipsoid from the INS")
@@ -105,7 +105,7 @@ CLEAN = Family("clean_{sensor}_nt", "truth", "nT", "", "Background field at the 
 TOTAL = Family("total_{sensor}_nt", "truth", "nT", "", "Whole field at the sensor without instrument errors, norm")
 ERROR = Family("error_{sensor}_nt", "truth", "nT", "", "Instrument error of a scalar magnetometer: reading minus norm")
 PART = Family("{component}_{sensor}_{axis}_nt", "truth", "nT", "b", "One part of the field at a sensor, body axes")
-TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude and WGS-84 position; heading in [0, 360)")
+TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude, WGS-84 position; heading in [0, 360)")
 TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
 TRUE_VELOCITY = Family("true_v{direction}_mps", "truth", "m/s", "n", "True velocity: n north, e east, d down")
 TRUE_ALTITUDE = Family("true_alt_m", "truth", "m", "", "True height above the WGS-84 ellipsoid")

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,7 +68,8 @@ class Recording:
         try:
             return self.data[name]
         except KeyError:
-            kin = [other for other in self.data if other.split("_")[0] == name.split("_")[0]] or list(self.data)
+            kind = name.partition("_")[0]
+            kin = [other for other in self.data if other.partition("_")[0] == kind] or list(self.data)
             msg = f"recording {self.name!r} has no column {name!r}; it has {', '.join(kin[:12])}"
             raise KeyError(msg) from None
 
@@ -164,7 +166,7 @@ class Recording:
         """
         cuts = np.flatnonzero(np.diff(self.time_s) > 1.5 / self.rate_hz) + 1
         bounds = [0, *cuts.tolist(), len(self)]
-        pairs = [(a, b) for a, b in zip(bounds, bounds[1:], strict=False) if b - a >= 2]
+        pairs = [(a, b) for a, b in pairwise(bounds) if b - a >= 2]
         return (self,) if len(pairs) == 1 and len(bounds) == 2 else tuple(self.take(slice(a, b)) for a, b in pairs)
 
     def to_frame(self) -> "pd.DataFrame":
