@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.signal import welch
 
-from magsim import columns, signals
-from magsim.earth.wgs84 import local_offsets
+from magsim import columns, metrics, signals
+from magsim.earth import wgs84
 from magsim.recording import Recording
 
 INK = "#22262b"
@@ -60,6 +60,12 @@ def _angle(recording: Recording, angle: str) -> np.ndarray:
     return recording[true] if true in recording else recording[columns.INS_ATTITUDE.name(angle=angle)]
 
 
+def _offsets(lat: np.ndarray, lon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """North and east of the first point [m] on the ellipsoid, for a picture (radii of curvature at that point)."""
+    meridian, normal = wgs84.radii_of_curvature(lat[0])
+    return (lat - lat[0]) * meridian, np.unwrap(lon - lon[0]) * normal * np.cos(lat[0])
+
+
 def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:
     """Heading with gaps where it passes north, so that no line runs across the plot."""
     out = heading_deg.copy()
@@ -73,7 +79,7 @@ def flight(recording: Recording) -> Figure:
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.7))
     track = figure.add_subplot(grid[:, 0])
     lat, lon = np.radians(_angle(recording, "lat")), np.radians(_angle(recording, "lon"))
-    north, east = local_offsets(lat, lon, lat[0], lon[0])
+    north, east = _offsets(lat, lon)
     circuit = recording["circuit"] if "circuit" in recording else np.ones(len(recording))
     for number in np.unique(circuit):
         rows = circuit == number
@@ -144,12 +150,12 @@ def interference(recording: Recording, sensor: str) -> Figure:
     rows = [("sum (norm)", label, INK)]
     rows += [(name, values, PART_COLORS[name]) for name, values in parts.items()]
     for i, (name, values, color) in enumerate(rows):
-        band = signals.bandpass(values, recording.rate_hz)
+        band = signals.band_pass(values, recording.rate_hz)
         for axes, line in zip(grid[i], (values, band), strict=True):
             _shade_maneuvers(axes, recording)
             axes.plot(recording.time_s, line, color=color, lw=0.7)
             _dress(axes, f"{name} [nT]", xlabel="time [s]" if i == len(rows) - 1 else "")
-        inner = signals.crop_mask(recording.time_s)
+        inner = metrics.crop(recording.time_s)
         text = f"STD in band {np.std(band[inner]):.3g} nT"
         grid[i][1].annotate(text, (0.99, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=8, color=INK)
     grid[0][0].set_title(f"{recording.name}, {sensor}: interference", fontsize=10, color=INK, loc="left")
@@ -192,10 +198,10 @@ def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndar
     clean = recording[columns.CLEAN.name(sensor=sensor)]
     rows = {"before compensation": measured - clean}
     rows |= {name: measured - estimate - clean for name, estimate in estimates.items()}
-    inner = signals.crop_mask(recording.time_s)
+    inner = metrics.crop(recording.time_s)
     after = 0.0
     for i, (axes, (name, error)) in enumerate(zip(grid, rows.items(), strict=True)):
-        band = signals.bandpass(error, recording.rate_hz)
+        band = signals.band_pass(error, recording.rate_hz)
         _shade_maneuvers(axes, recording, legend=i == 0)
         axes.plot(recording.time_s[inner], band[inner], color=COLORS[(i - 1) % len(COLORS)] if i else INK, lw=0.7)
         _dress(axes, "[nT]", xlabel="time [s]" if i == len(estimates) else "")
