@@ -115,7 +115,7 @@ class Guide:
         prefix = schema.get("prefixItems")
         item = self.resolve(prefix[0] if prefix else schema.get("items", {}))
         low, high = schema.get("minItems", 0), schema.get("maxItems")
-        count = f"{low} " if low == high else (f"at least {low} " if low else "")
+        count = f"{low} " if low == high else (f"{_count(low)} or more " if low else "")
         if high is not None and low != high:
             count = f"{low} to {high} "
         if self.members(item) or "discriminator" in item:

@@ -1,0 +1,124 @@
+"""Writing a file whole or not at all."""
+
+import contextlib
+import os
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+from stat import S_ISDIR, S_ISREG
+
+from magsim.errors import RequestError
+
+
+def check_target(path: Path, *, force: bool = False) -> None:
+    """Refuse an output path that cannot be written, before any work is spent on it.
+
+    Parameters
+    ----------
+    path : Path
+        Where a file shall be written.
+    force : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    RequestError
+        If the folder is missing or cannot be written to, or the path is taken.
+    """
+    _refuse_taken(path, force=force)
+    with contextlib.suppress(OSError):
+        _reserve(path).unlink()
+
+
+def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = False) -> None:
+    """Write a file so that it is there whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Where the file shall be. Its folder must exist.
+    write : callable
+        Writes the file at the path that it is given: a temporary one in the same folder, with the same ending.
+    force : bool
+        Replace an existing file.
+
+    Raises
+    ------
+    RequestError
+        If the path is taken and ``force`` is not set, or it cannot be written to. Nothing is left behind.
+    """
+    _refuse_taken(path, force=force)
+    temporary = _reserve(path)
+    try:
+        write(temporary)
+        _sync(temporary)
+        _publish(temporary, path, force=force)
+        _sync(path.parent)
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def _refuse_taken(path: Path, *, force: bool) -> None:
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        if not path.parent.is_dir():
+            msg = f"cannot write {path}: there is no folder {path.parent}; make it first, or give another path"
+            raise RequestError(msg) from None
+        return
+    except (OSError, ValueError) as error:
+        raise _cannot_write(path, error) from None
+    if S_ISDIR(mode):
+        msg = f"cannot write {path}: it is a folder; give the name of a file"
+    elif not S_ISREG(mode):
+        msg = f"cannot write {path}: it is not a regular file"
+    elif not force:
+        msg = f"{path} exists already; --force replaces it"
+    else:
+        return
+    raise RequestError(msg)
+
+
+def _reserve(path: Path) -> Path:
+    """A new empty file beside the path, with the permissions that the final file shall have."""
+    temporary = path.with_name(f".{secrets.token_hex(6)}.part-{path.name}")
+    try:
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    except (OSError, ValueError) as error:
+        raise _cannot_write(path, error) from None
+    return temporary
+
+
+def _publish(temporary: Path, path: Path, *, force: bool) -> None:
+    """Give the finished file its name. Without force, a file that came up meanwhile stays."""
+    if not force:
+        try:
+            os.link(temporary, path)
+        except FileExistsError:
+            _refuse_taken(path, force=False)
+        except OSError:
+            _refuse_taken(path, force=False)  # a file system without hard links: look, then replace
+        else:
+            return
+    temporary.replace(path)
+
+
+def _sync(path: Path) -> None:
+    """Bring a file or a folder to the disk, where the system can."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except OSError:
+        return
+    try:
+        with contextlib.suppress(OSError if path.is_dir() else ()):
+            os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _cannot_write(path: Path, error: Exception) -> RequestError:
+    reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+    return RequestError(f"cannot write {path}: {reason}")
