@@ -1,0 +1,1 @@
+"""Exact references; a package, so that its files may have the names of others."""
