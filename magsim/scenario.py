@@ -8,20 +8,27 @@ file and line. Limits that belong to the aircraft are checked in the same pass: 
 import hashlib
 import json
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator, model_validator
 
-from magsim.aircraft import Aircraft
-from magsim.config import Name, Numbers, Strict, Vector
+from magsim import assets, config
+from magsim.aircraft import Aircraft, load_aircraft
+from magsim.config import Name, Numbers, Problems, Strict, Vector
+from magsim.errors import RequestError
 from magsim.units import G0
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 AXES = ("pitch", "roll", "yaw")
+
+LEGS = 4
+"""Legs of one circuit, and passes of a cloverleaf."""
 
 
 def _aircraft(info: ValidationInfo) -> Aircraft | None:
@@ -155,6 +162,11 @@ class Cloverleaf(PatternBase):
 
     kind: Literal["cloverleaf"] = "cloverleaf"
     leaf_m: float = Field(default=5_000.0, ge=3_000.0, le=50_000.0, description="side of the square leaves")
+
+    @property
+    def circuits(self) -> int:
+        """A cloverleaf is one circuit."""
+        return 1
 
     @property
     def leg_m(self) -> float:
@@ -297,40 +309,55 @@ class Scenario(Strict):
 
     @model_validator(mode="after")
     def _check_together(self, info: ValidationInfo) -> "Scenario":
-        if self.flight.step_hz % self.recording.rate_hz:
-            msg = (
-                f"recording.rate_hz = {self.recording.rate_hz} does not divide flight.step_hz = "
-                f"{self.flight.step_hz}; allowed: a divisor"
-            )
-            raise ValueError(msg)
-        self._check_legs(_aircraft(info))
+        found = [*self._check_rows(), *self._check_fit(), *self._check_loads(_aircraft(info))]
+        if found:
+            raise Problems(*found)
         return self
 
-    def _check_legs(self, aircraft: Aircraft | None) -> None:
-        """Maneuvers must fit into the legs and into the aircraft's load limits."""
+    def _check_rows(self) -> Iterator[tuple[str, str]]:
+        """Rows and splits must exist."""
+        rate, step = self.recording.rate_hz, self.flight.step_hz
+        if step % rate:
+            yield "recording.rate_hz", f"{rate} does not divide flight.step_hz = {step}; allowed: a divisor of it"
+        circuits = self.pattern.circuits
+        for key, values, last in (
+            ("train_circuits", self.recording.train_circuits, circuits),
+            ("valid_legs", self.recording.valid_legs, LEGS),
+        ):
+            for i, value in enumerate(values):
+                if not 1 <= value <= last:
+                    yield f"recording.{key}[{i}]", f"{value} is not flown; allowed: 1 to {last}"
+
+    def _check_fit(self) -> Iterator[tuple[str, str]]:
+        """Maneuvers must fit into the legs."""
         pattern, speed = self.pattern, self.start.speed_mps
-        legs = max([1] + [len(v) for t in pattern.maneuvers for v in (t.amplitude_deg, t.period_s)])
         available = pattern.leg_m / speed
-        for leg in range(legs):
+        for leg in range(LEGS * pattern.circuits):
             needed = pattern.lead_s + sum(train.duration(leg) for train in pattern.maneuvers)
             if needed > available:
-                msg = (
-                    f"pattern.maneuvers: leg {leg + 1} needs {needed:.0f} s for its maneuvers, but a leg of "
-                    f"{pattern.leg_m:g} m takes {available:.0f} s at {speed:g} m/s; "
-                    "allowed: shorter trains or longer legs"
+                text = (
+                    f"leg {leg + 1} needs {needed:.0f} s for its maneuvers, but a leg of {pattern.leg_m:g} m takes "
+                    f"{available:.0f} s at {speed:g} m/s; allowed: shorter trains or longer legs"
                 )
-                raise ValueError(msg)
-            for train in pattern.maneuvers:
-                if aircraft and train.axis == "pitch":
-                    swing = speed * math.radians(train.amplitude(leg)) * 2.0 * math.pi / train.period(leg) / G0
-                    low, high = aircraft.limits.load_factor
-                    if not low <= 1.0 - swing or not 1.0 + swing <= high:
-                        msg = (
-                            f"pattern.maneuvers: pitch of {train.amplitude(leg):g} deg in {train.period(leg):g} s "
-                            f"pulls {1.0 + swing:.2f} g; allowed for {aircraft.name}: {low:g} to {high:g} g "
-                            "(a longer period or a smaller amplitude)"
-                        )
-                        raise ValueError(msg)
+                yield "pattern.maneuvers", text
+                return
+
+    def _check_loads(self, aircraft: Aircraft | None) -> Iterator[tuple[str, str]]:
+        """Pitch maneuvers must stay within the aircraft's load factors: 1 g +- V A omega / g."""
+        speed = self.start.speed_mps
+        for number, train in enumerate(self.pattern.maneuvers):
+            for leg in range(LEGS * self.pattern.circuits if aircraft and train.axis == "pitch" else 0):
+                amplitude, period = train.amplitude(leg), train.period(leg)
+                swing = speed * math.radians(amplitude) * 2.0 * math.pi / period / G0
+                low, high = aircraft.limits.load_factor
+                if not low <= 1.0 - swing or not 1.0 + swing <= high:
+                    text = (
+                        f"{amplitude:g} deg of pitch in {period:g} s swings from {1.0 - swing:.2f} to "
+                        f"{1.0 + swing:.2f} g at {speed:g} m/s; allowed for {aircraft.name}: {low:g} to {high:g} g "
+                        "(a longer period or a smaller amplitude)"
+                    )
+                    yield f"pattern.maneuvers[{number}].amplitude_deg", text
+                    break
 
 
 @dataclass(frozen=True)
@@ -363,3 +390,36 @@ class LoadedScenario:
         """
         meaning = json.dumps(self.scenario.model_dump(mode="json", by_alias=True), sort_keys=True)
         return hashlib.sha256(f"{meaning}\n{self.aircraft.digest}".encode()).hexdigest()
+
+
+def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> LoadedScenario:
+    """Read and check a scenario with the aircraft that it flies.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A TOML file, or the name of a shipped scenario with or without ``.toml``.
+    overrides : sequence of str
+        ``key.path=value`` settings that are laid over the file.
+
+    Returns
+    -------
+    LoadedScenario
+
+    Raises
+    ------
+    RequestError
+        If anything is wrong: one line for each problem, with file and line.
+    """
+    path = assets.scenario_path(name_or_path)
+    document = config.read(path, overrides=overrides)
+    name = document.table.get("aircraft")
+    aircraft, also = None, []
+    if isinstance(name, str):
+        try:
+            aircraft = load_aircraft(name)
+        except RequestError as error:
+            also.append(("aircraft", str(error)))
+    scenario = document.validate(Scenario, context={"aircraft": aircraft}, also=also)
+    assert aircraft is not None  # else validate had told a problem
+    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides))
