@@ -55,8 +55,11 @@ class FieldTruth:
 
     def platform(self, mount: str) -> np.ndarray:
         """The aircraft's own field at one mount, (n, 3) [nT]: the sum of all parts but ``earth``."""
-        parts = [self.part(name, mount) for name in self.parts_b if name != "earth"]
-        return np.sum(parts, axis=0) if parts else np.zeros((len(self.time_s), 3))
+        out = np.zeros((len(self.time_s), 3))
+        for name in self.parts_b:
+            if name != "earth":
+                out += self.part(name, mount)
+        return out
 
     def total(self, mount: str) -> np.ndarray:
         """The whole field at one mount, (n, 3) [nT]: the exact vector sum."""

@@ -1,0 +1,12 @@
+"""Instruments: what they make of the true field and motion, and the columns they leave.
+
+Every instrument measures at the simulation rate; one anti-alias filter and decimation (``Acquisition``) then makes
+rows of readings, labels and truth alike, so that all of them have the same response and add up.
+"""
+
+from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.fluxgate import fluxgate_columns
+from magsim.sensors.navigation import ins_columns, true_columns
+from magsim.sensors.scalar import scalar_columns
+
+__all__ = ["Acquisition", "fluxgate_columns", "ins_columns", "scalar_columns", "true_columns"]

@@ -1,0 +1,78 @@
+"""The recording system: from samples at the simulation rate to rows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from magsim.signals import Decimator
+
+
+@dataclass(frozen=True)
+class Acquisition:
+    """Anti-alias filter and decimation of one recording; the same for every channel.
+
+    Attributes
+    ----------
+    decimator : Decimator
+    first : int
+        Sample of time 0, which is row 0.
+    rows : int
+        Number of rows.
+    """
+
+    decimator: Decimator
+    first: int
+    rows: int
+
+    @classmethod
+    def of(cls, time_s: np.ndarray, duration_s: float, rate_in_hz: float, rate_out_hz: float) -> "Acquisition":
+        """Acquisition of samples at given times.
+
+        Parameters
+        ----------
+        time_s : (n,) [s]
+            Evenly spaced; 0 is one of them. Reaches the filter's run-in beyond the first and the last row.
+        duration_s : float [s]
+            Rows run from 0 to it.
+        rate_in_hz, rate_out_hz : float [Hz]
+            Rate of the samples and of the rows.
+
+        Raises
+        ------
+        ValueError
+            If the times are no such grid, or too short for the run-in.
+        """
+        time_s = np.asarray(time_s, dtype=float)
+        grid = time_s * rate_in_hz
+        first = round(-grid[0])
+        if np.abs(grid - (np.arange(len(grid)) - first)).max() > 1e-4:
+            msg = f"samples are not spaced by 1/{rate_in_hz:g} s with one at time 0"
+            raise ValueError(msg)
+        decimator = Decimator(rate_in_hz, rate_out_hz)
+        rows = int(np.floor(duration_s * rate_out_hz + 1e-6)) + 1
+        if first < decimator.half or rows > decimator.rows_of(len(time_s), first):
+            msg = (
+                f"samples from {time_s[0]:g} to {time_s[-1]:g} s do not reach {decimator.half / rate_in_hz:g} s beyond "
+                f"the rows from 0 to {duration_s:g} s"
+            )
+            raise ValueError(msg)
+        return cls(decimator, first, rows)
+
+    @property
+    def rate_in_hz(self) -> float:
+        """Samples a second."""
+        return self.decimator.rate_in_hz
+
+    @property
+    def rate_out_hz(self) -> float:
+        """Rows a second."""
+        return self.decimator.rate_out_hz
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Times of the rows, (rows,) [s], from 0."""
+        return np.arange(self.rows) / self.rate_out_hz
+
+    def __call__(self, samples: np.ndarray) -> np.ndarray:
+        """Rows of a channel, (n, ...) to (rows, ...)."""
+        return self.decimator(samples, self.first, self.rows)

@@ -1,0 +1,98 @@
+"""Inertial navigation, and the true motion in the same columns.
+
+Rows are instants: attitude, velocity and position are read at the row's time, not filtered. The errors of each
+channel are a constant bias (attitude alone), a Gauss-Markov drift and white noise from row to row; they are added to
+roll, pitch and heading themselves.
+"""
+
+import numpy as np
+
+from magsim import columns
+from magsim.earth import radii_of_curvature
+from magsim.frames import wrap_pi
+from magsim.scenario import Ins
+from magsim.sensors.noise import gauss_markov
+from magsim.streams import stream
+from magsim.trajectory import Trajectory
+
+
+def compass(angle_deg: np.ndarray) -> np.ndarray:
+    """Bring headings [deg] into [0, 360)."""
+    wrapped = np.mod(angle_deg, 360.0)
+    # Just below zero the remainder rounds up to a whole turn.
+    return np.where(wrapped >= 360.0, 0.0, wrapped)
+
+
+def _errors(name: str, rows: int, ins: Ins, drift: float, noise: float, rate_hz: float, seed: int) -> np.ndarray:
+    """Drift and white noise of three like channels, (rows, 3)."""
+    slow = gauss_markov(stream(seed, f"ins/{name}/drift"), (rows, 3), drift, ins.correlation_s, rate_hz)
+    return slow + noise * stream(seed, f"ins/{name}/noise").standard_normal((rows, 3))
+
+
+def _motion_columns(
+    families: tuple[columns.Family, columns.Family, columns.Family],
+    attitude_deg: np.ndarray,
+    position: tuple[np.ndarray, np.ndarray, np.ndarray],
+    velocity_n: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """Columns from attitude (n, 3) [deg], latitude and longitude [rad] with height [m], velocity (n, 3) [m/s]."""
+    angle, velocity, altitude = families
+    lat_rad, lon_rad, alt_m = position
+    roll, pitch, heading = attitude_deg.T
+    angles = (roll, pitch, compass(heading), np.degrees(lat_rad), np.degrees(wrap_pi(lon_rad)))
+    out = {angle.name(angle=name): value for name, value in zip(columns.INS_ANGLES, angles, strict=True)}
+    out |= {velocity.name(direction=name): velocity_n[:, k] for k, name in enumerate(columns.DIRECTIONS)}
+    return out | {altitude.name(): alt_m}
+
+
+def true_columns(path: Trajectory) -> dict[str, np.ndarray]:
+    """True motion of the reference point at the rows of a trajectory.
+
+    Parameters
+    ----------
+    path : Trajectory
+        At the times of the rows.
+
+    Returns
+    -------
+    dict of str to (n,)
+        Attitude, latitude, longitude [deg], angular rate [deg/s], velocity [m/s], height [m].
+    """
+    families = (columns.TRUE_ATTITUDE, columns.TRUE_VELOCITY, columns.TRUE_ALTITUDE)
+    position = (path.lat_rad, path.lon_rad, path.alt_m)
+    out = _motion_columns(families, np.degrees(path.attitude), position, path.velocity_n)
+    rates = np.degrees(path.rate_b)
+    return out | {columns.TRUE_RATE.name(axis=axis): rates[:, k] for k, axis in enumerate(columns.AXES)}
+
+
+def ins_columns(ins: Ins, path: Trajectory, rate_hz: float, seed: int) -> dict[str, np.ndarray]:
+    """What the INS says at the rows of a trajectory.
+
+    Parameters
+    ----------
+    ins : Ins
+    path : Trajectory
+        At the times of the rows.
+    rate_hz : float [Hz]
+        Rows a second.
+    seed : int
+
+    Returns
+    -------
+    dict of str to (n,)
+        Attitude, latitude, longitude [deg], velocity [m/s], height [m].
+    """
+    n = len(path)
+    attitude = _errors("attitude", n, ins, ins.attitude_drift_deg, ins.attitude_noise_deg, rate_hz, seed)
+    attitude[:, 2] *= ins.heading_factor
+    attitude += np.degrees(path.attitude) + np.array(ins.attitude_bias_deg)
+    north, east, down = _errors("position", n, ins, ins.position_drift_m, ins.position_noise_m, rate_hz, seed).T
+    meridian, normal = radii_of_curvature(path.lat_rad)
+    position = (
+        path.lat_rad + north / (meridian + path.alt_m),
+        path.lon_rad + east / ((normal + path.alt_m) * np.cos(path.lat_rad)),
+        path.alt_m - down,
+    )
+    velocity = _errors("velocity", n, ins, ins.velocity_drift_mps, ins.velocity_noise_mps, rate_hz, seed)
+    families = (columns.INS_ATTITUDE, columns.INS_VELOCITY, columns.INS_ALTITUDE)
+    return _motion_columns(families, attitude, position, path.velocity_n + velocity)

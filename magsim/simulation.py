@@ -1,0 +1,153 @@
+"""From a scenario to a recording: the only meeting place of flight, field and sensors."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+import magsim
+from magsim import columns
+from magsim.errors import DataError
+from magsim.field import compute_field
+from magsim.flight import fly
+from magsim.recording import Recording
+from magsim.scenario import LoadedScenario, RecordingSettings
+from magsim.sensors import Acquisition, fluxgate_columns, ins_columns, scalar_columns, true_columns
+from magsim.trajectory import Flight
+from magsim.truth import FieldTruth
+
+SCHEMA = 1
+"""Version of what ``Recording.meta`` says."""
+
+Progress = Callable[[str, float], None]
+"""Called with the name of the step and its share done, 0 to 1."""
+
+
+def simulate(loaded: LoadedScenario, *, progress: Progress | None = None) -> Recording:
+    """Fly a scenario, find the field at each sensor, and record what the instruments say.
+
+    Parameters
+    ----------
+    loaded : LoadedScenario
+        From ``load_scenario``.
+    progress : callable, optional
+        Told the steps ``"flight"``, ``"field"`` and ``"sensors"``.
+
+    Returns
+    -------
+    Recording
+        With every column of ``magsim.columns`` that the scenario has instruments for. The same scenario, aircraft
+        files, version and machine give the same bits.
+
+    Raises
+    ------
+    DataError
+        If the flight diverges or a column is not finite.
+    """
+    scenario, aircraft = loaded.scenario, loaded.aircraft
+    # Solves on one BLAS thread and on two differ in their last bits.
+    with threadpool_limits(1):
+        flight = fly(scenario, aircraft, progress=_step(progress, "flight"))
+        truth = compute_field(scenario, aircraft, flight, progress=_step(progress, "field"))
+        done = _step(progress, "sensors")
+        done(0.0)
+        recording = record(loaded, flight, truth)
+        done(1.0)
+    return recording
+
+
+def _step(progress: Progress | None, name: str) -> Callable[[float], None]:
+    return (lambda _share: None) if progress is None else (lambda share: progress(name, share))
+
+
+def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recording:
+    """Record a finished flight in its true field.
+
+    Parameters
+    ----------
+    loaded : LoadedScenario
+    flight : Flight
+    truth : FieldTruth
+        At the flight's simulation rate, with every mount that carries a sensor.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    DataError
+        If a column is not finite.
+    """
+    scenario = loaded.scenario
+    settings, seed = scenario.recording, scenario.seed
+    acquisition = Acquisition.of(truth.time_s, flight.duration_s, flight.simulation_rate_hz, settings.rate_hz)
+    time_s = acquisition.time_s
+    path = flight.carrier.at(time_s)
+    data: dict[str, np.ndarray] = {}
+    for sensor in scenario.sensors.scalar:
+        data |= scalar_columns(sensor, truth, acquisition, seed)
+    for sensor in scenario.sensors.fluxgate:
+        data |= fluxgate_columns(sensor, truth, acquisition, seed)
+    data |= ins_columns(scenario.sensors.ins, path, settings.rate_hz, seed)
+    data |= true_columns(path)
+    for name, angle in flight.controls_at(time_s).items():
+        data[columns.SURFACE.name(surface=name)] = np.degrees(angle)
+    segments = flight.segment_columns(time_s)
+    data |= segments
+    data[columns.SPLIT.name()] = split_of(segments["circuit"], segments["leg"], settings)
+    _check_finite(loaded.name, time_s, data)
+    order = {family: place for place, family in enumerate(columns.FAMILIES)}
+    names = sorted(data, key=lambda name: order[columns.find(name)])
+    return Recording(loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, acquisition))
+
+
+def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) -> np.ndarray:
+    """Code of the split of each row: training circuits but for their validation legs train; other circuits test.
+
+    Parameters
+    ----------
+    circuit, leg : (n,)
+        A turn has the number of the leg before it.
+    settings : RecordingSettings
+
+    Returns
+    -------
+    (n,)
+        Keys of ``columns.SPLITS``.
+    """
+    codes = {name: code for code, name in columns.SPLITS.items()}
+    trained = np.isin(circuit, settings.train_circuits)
+    kept = np.isin(leg, settings.valid_legs)
+    return np.where(trained, np.where(kept, codes["valid"], codes["train"]), codes["test"]).astype(float)
+
+
+def _check_finite(name: str, time_s: np.ndarray, data: dict[str, np.ndarray]) -> None:
+    for column, values in data.items():
+        bad = ~np.isfinite(values)
+        if bad.any():
+            msg = f"{name}: column {column} is not finite, first at {time_s[bad.argmax()]:g} s"
+            raise DataError(msg)
+
+
+def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> dict[str, object]:
+    """Provenance in plain types: no clock, no path, no host."""
+    scenario = loaded.scenario
+    return {
+        "schema": SCHEMA,
+        "generator": "magsim",
+        "version": magsim.__version__,
+        "scenario": loaded.name,
+        "scenario_text": loaded.text,
+        "overrides": list(loaded.overrides),
+        "digest": loaded.digest,
+        "aircraft": loaded.aircraft.name,
+        "seed": scenario.seed,
+        "start_utc": scenario.start.time_utc.isoformat(),
+        "rate_hz": scenario.recording.rate_hz,
+        "simulation_rate_hz": flight.simulation_rate_hz,
+        "filter": acquisition.decimator.description,
+        "maneuvers": [asdict(flown) | {"off_axis_deg": list(flown.off_axis_deg)} for flown in flight.maneuvers],
+        "notes": dict(flight.notes),
+    }
