@@ -1,0 +1,186 @@
+"""What the metal of an aircraft does at each of its mounts: a pure function of its magnetic file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from magsim.aircraft import Aircraft, Magnetics
+from magsim.aircraft.magnetics import BoxSheet, Coil, Steel
+from magsim.arrays import readonly
+from magsim.errors import RequestError
+from magsim.field.coils import Loop, inductance_matrix
+from magsim.field.dipoles import HingedDipole, dipole_field
+from magsim.field.eddy import Modes, reduce_to_modes, slow_limit
+from magsim.field.induced import InducedModel, Sheet, Solid
+from magsim.field.meshes import box_surface, cylinder
+from magsim.storage import cached
+
+
+@dataclass(frozen=True)
+class AircraftResponse:
+    """Response of an aircraft at its mounts, in body axes.
+
+    Attributes
+    ----------
+    mounts : tuple of str
+    positions_m : (s, 3) [m]
+    permanent_nt : (s, 3) [nT]
+        Field of the fixed dipoles.
+    induced : (s, 3, 3)
+        ``D``: induced field is ``D @ B_0``.
+    induced_gradient : (s, 3, 3, 3) [1/m]
+        ``dD_ik/dx_j``, indexed (s, i, k, j).
+    tau_s : (k,) [s]
+        Time constants of the eddy-current modes.
+    drive : (k, 3) [m^2 / sqrt(ohm)]
+    field : (s, 3, k) [T / (A sqrt(ohm))]
+        See ``magsim.field.eddy.Modes``.
+    hinged : tuple of HingedDipole
+        Dipoles on control surfaces.
+    """
+
+    mounts: tuple[str, ...]
+    positions_m: np.ndarray
+    permanent_nt: np.ndarray
+    induced: np.ndarray
+    induced_gradient: np.ndarray
+    tau_s: np.ndarray
+    drive: np.ndarray
+    field: np.ndarray
+    hinged: tuple[HingedDipole, ...]
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            if item.name not in ("mounts", "hinged"):
+                object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
+
+    @property
+    def modes(self) -> Modes:
+        """The eddy-current modes."""
+        return Modes(self.tau_s, self.drive, self.field)
+
+    @property
+    def eddy_slow_s(self) -> np.ndarray:
+        """``E`` with ``B_eddy = E dB_0/dt`` for slow motion, (s, 3, 3) [s]."""
+        return slow_limit(self.modes)
+
+    def rows(self, mounts: tuple[str, ...]) -> np.ndarray:
+        """Row numbers of mounts, (m,) int."""
+        return np.array([self.mounts.index(mount) for mount in mounts], dtype=int)
+
+
+def _steel(part: Steel) -> Sheet | Solid:
+    if isinstance(part, BoxSheet):
+        mesh = box_surface(part.center_m, part.size_m, part.element_m)
+        return Sheet(mesh, part.thickness_m, part.mu_r - 1.0)
+    mesh = cylinder(
+        part.center_m,
+        part.axis,
+        radius=part.radius_m,
+        length=part.length_m,
+        rings=part.rings,
+        layers=part.layers,
+    )
+    return Solid(mesh, part.mu_r - 1.0)
+
+
+def _induced(steel: tuple[Steel, ...], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    if not steel:
+        return np.zeros((len(points), 3, 3)), np.zeros((len(points), 3, 3, 3))
+    model = InducedModel([_steel(part) for part in steel])
+    return model.response(points), model.response_gradient(points)
+
+
+def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
+    """Loops with their mirror images, and the coil that each of them comes from."""
+    loops, origins = [], []
+    for coil in coils:
+        vertices = np.array(coil.vertices_m)
+        loops.append(Loop(vertices, coil.wire_radius_m))
+        origins.append(coil)
+        if coil.mirror:
+            loops.append(Loop(vertices * (1.0, -1.0, 1.0), coil.wire_radius_m))
+            origins.append(coil)
+    return loops, origins
+
+
+def _eddy(coils: tuple[Coil, ...], points: np.ndarray) -> Modes:
+    loops, origins = coil_loops(coils)
+    matrix = inductance_matrix(loops)
+    resistance = np.zeros_like(matrix)
+    for i, (loop, coil) in enumerate(zip(loops, origins, strict=True)):
+        if coil.time_constant_s is None:
+            resistance[i, i] = loop.length_m / (coil.conductivity_spm * coil.section_m2)
+        else:
+            resistance[i, i] = matrix[i, i] / coil.time_constant_s
+    flux = np.array([loop.area_vector for loop in loops]).reshape(-1, 3)
+    field = np.stack([loop.field(points) for loop in loops], axis=-1) if loops else np.zeros((len(points), 3, 0))
+    return reduce_to_modes(matrix, resistance, flux, field)
+
+
+def _solve(aircraft: Aircraft) -> dict[str, np.ndarray]:
+    """All numbers that take time, as arrays by name."""
+    magnetics = aircraft.magnetics
+    points = np.array([mount.position_m for mount in magnetics.mounts.values()])
+    permanent = np.zeros_like(points)
+    for dipole in magnetics.permanent:
+        permanent += dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
+    # LU, Cholesky and eigh give other last bits on another number of threads.
+    with threadpool_limits(limits=1):
+        try:
+            induced, induced_gradient = _induced(magnetics.steel, points)
+        except ValueError as error:
+            msg = f"aircraft {aircraft.name}: {error}"
+            raise RequestError(msg) from error
+        modes = _eddy(magnetics.coils, points)
+    return {
+        "positions_m": points,
+        "permanent_nt": permanent,
+        "induced": induced,
+        "induced_gradient": induced_gradient,
+        "tau_s": modes.tau_s,
+        "drive": modes.drive,
+        "field": modes.field,
+    }
+
+
+def _assemble(magnetics: Magnetics, arrays: Mapping[str, np.ndarray]) -> AircraftResponse:
+    hinged = tuple(
+        HingedDipole(
+            position=np.array(dipole.position_m),
+            moment=np.array(dipole.moment_am2),
+            hinge_point=np.array(dipole.hinge_point_m),
+            hinge_axis=np.array(dipole.hinge_axis),
+            surface=dipole.surface,
+        )
+        for dipole in magnetics.hinged
+    )
+    return AircraftResponse(mounts=tuple(magnetics.mounts), hinged=hinged, **arrays)
+
+
+def compute_response(aircraft: Aircraft) -> AircraftResponse:
+    """Response of an aircraft at all its mounts, computed anew on one thread.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        Only its ``magnetics`` count.
+
+    Raises
+    ------
+    RequestError
+        If steel parts touch each other.
+    """
+    return _assemble(aircraft.magnetics, _solve(aircraft))
+
+
+def load_response(aircraft: Aircraft) -> AircraftResponse:
+    """The same as ``compute_response``, kept by content: the first call computes, later ones read.
+
+    The cache counts the source code of ``magsim.field`` into the key.
+    """
+    magnetics = aircraft.magnetics
+    key = {"magnetics": magnetics.model_dump(mode="json")}
+    return _assemble(magnetics, cached("response", key, lambda: _solve(aircraft)))
