@@ -1,5 +1,6 @@
 """Where the shipped aircraft, scenarios and data sets lie. Nothing is ever written there."""
 
+from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -57,16 +58,17 @@ def scenario_path(name_or_path: str | Path) -> Path:
         If it is neither; the message lists the shipped scenarios.
     """
     path = Path(name_or_path)
-    try:
-        if path.exists() and not path.is_dir():
+    folder = False
+    # a name that is too long or holds a zero byte is no path, and no shipped scenario either
+    with suppress(OSError, ValueError):
+        folder = path.is_dir()
+        if path.exists() and not folder:
             return path
-    except (OSError, ValueError):  # too long, or with a zero byte: no path, and no name either
-        pass
     name = path.as_posix().removeprefix("scenarios/").removesuffix(".toml")
     known = list_scenarios()
     if name in known:
         return ROOT / "scenarios" / f"{name}.toml"
-    what = "it is a folder" if path.is_dir() else "there is no such file"
+    what = "it is a folder" if folder else "there is no such file"
     shown = str(name_or_path)[:200]
     shown = shown if shown and shown.isprintable() else ascii(shown)
     shipped = f"no shipped scenario has that name{_hint(name, known)}; shipped: {', '.join(known)}"

@@ -15,7 +15,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
 from magsim import assets, config
 from magsim.aircraft import Aircraft, load_aircraft
@@ -307,57 +307,71 @@ class Scenario(Strict):
     sensors: Sensors
     recording: RecordingSettings = RecordingSettings()
 
-    @model_validator(mode="after")
-    def _check_together(self, info: ValidationInfo) -> "Scenario":
-        found = [*self._check_rows(), *self._check_fit(), *self._check_loads(_aircraft(info))]
+    @field_validator("pattern")
+    @classmethod
+    def _flyable(cls, pattern: Box | Cloverleaf, info: ValidationInfo) -> Box | Cloverleaf:
+        start = info.data.get("start")
+        if start:
+            found = [*_check_fit(pattern, start), *_check_loads(pattern, start, _aircraft(info))]
+            if found:
+                raise Problems(*found)
+        return pattern
+
+    @field_validator("recording")
+    @classmethod
+    def _rows_exist(cls, recording: RecordingSettings, info: ValidationInfo) -> RecordingSettings:
+        found = [*_check_rows(recording, info.data.get("flight"), info.data.get("pattern"))]
         if found:
             raise Problems(*found)
-        return self
+        return recording
 
-    def _check_rows(self) -> Iterator[tuple[str, str]]:
-        """Rows and splits must exist."""
-        rate, step = self.recording.rate_hz, self.flight.step_hz
-        if step % rate:
-            yield "recording.rate_hz", f"{rate} does not divide flight.step_hz = {step}; allowed: a divisor of it"
-        circuits = self.pattern.circuits
-        for key, values, last in (
-            ("train_circuits", self.recording.train_circuits, circuits),
-            ("valid_legs", self.recording.valid_legs, LEGS),
-        ):
-            for i, value in enumerate(values):
-                if not 1 <= value <= last:
-                    yield f"recording.{key}[{i}]", f"{value} is not flown; allowed: 1 to {last}"
 
-    def _check_fit(self) -> Iterator[tuple[str, str]]:
-        """Maneuvers must fit into the legs."""
-        pattern, speed = self.pattern, self.start.speed_mps
-        available = pattern.leg_m / speed
-        for leg in range(LEGS * pattern.circuits):
-            needed = pattern.lead_s + sum(train.duration(leg) for train in pattern.maneuvers)
-            if needed > available:
+def _check_rows(
+    recording: RecordingSettings, flight: FlightSettings | None, pattern: Box | Cloverleaf | None
+) -> Iterator[tuple[str, str]]:
+    """Rows and splits must exist."""
+    rate = recording.rate_hz
+    if flight and flight.step_hz % rate:
+        yield "rate_hz", f"{rate} does not divide flight.step_hz = {flight.step_hz}; allowed: a divisor of it"
+    circuits = pattern.circuits if pattern else 100
+    for key, values, last in (
+        ("train_circuits", recording.train_circuits, circuits),
+        ("valid_legs", recording.valid_legs, LEGS),
+    ):
+        for i, value in enumerate(values):
+            if not 1 <= value <= last:
+                yield f"{key}[{i}]", f"{value} is not flown; allowed: 1 to {last}"
+
+
+def _check_fit(pattern: Box | Cloverleaf, start: Start) -> Iterator[tuple[str, str]]:
+    """Maneuvers must fit into the legs."""
+    available = pattern.leg_m / start.speed_mps
+    for leg in range(LEGS * pattern.circuits):
+        needed = pattern.lead_s + sum(train.duration(leg) for train in pattern.maneuvers)
+        if needed > available:
+            text = (
+                f"leg {leg + 1} needs {needed:.0f} s for its maneuvers, but a leg of {pattern.leg_m:g} m takes "
+                f"{available:.0f} s at {start.speed_mps:g} m/s; allowed: shorter trains or longer legs"
+            )
+            yield "maneuvers", text
+            return
+
+
+def _check_loads(pattern: Box | Cloverleaf, start: Start, aircraft: Aircraft | None) -> Iterator[tuple[str, str]]:
+    """Pitch maneuvers must stay within the aircraft's load factors: 1 g +- V A omega / g."""
+    for number, train in enumerate(pattern.maneuvers):
+        for leg in range(LEGS * pattern.circuits if aircraft and train.axis == "pitch" else 0):
+            amplitude, period = train.amplitude(leg), train.period(leg)
+            swing = start.speed_mps * math.radians(amplitude) * 2.0 * math.pi / period / G0
+            low, high = aircraft.limits.load_factor
+            if not low <= 1.0 - swing or not 1.0 + swing <= high:
                 text = (
-                    f"leg {leg + 1} needs {needed:.0f} s for its maneuvers, but a leg of {pattern.leg_m:g} m takes "
-                    f"{available:.0f} s at {speed:g} m/s; allowed: shorter trains or longer legs"
+                    f"{amplitude:g} deg of pitch in {period:g} s swings from {1.0 - swing:.2f} to "
+                    f"{1.0 + swing:.2f} g at {start.speed_mps:g} m/s; allowed for {aircraft.name}: "
+                    f"{low:g} to {high:g} g (a longer period or a smaller amplitude)"
                 )
-                yield "pattern.maneuvers", text
-                return
-
-    def _check_loads(self, aircraft: Aircraft | None) -> Iterator[tuple[str, str]]:
-        """Pitch maneuvers must stay within the aircraft's load factors: 1 g +- V A omega / g."""
-        speed = self.start.speed_mps
-        for number, train in enumerate(self.pattern.maneuvers):
-            for leg in range(LEGS * self.pattern.circuits if aircraft and train.axis == "pitch" else 0):
-                amplitude, period = train.amplitude(leg), train.period(leg)
-                swing = speed * math.radians(amplitude) * 2.0 * math.pi / period / G0
-                low, high = aircraft.limits.load_factor
-                if not low <= 1.0 - swing or not 1.0 + swing <= high:
-                    text = (
-                        f"{amplitude:g} deg of pitch in {period:g} s swings from {1.0 - swing:.2f} to "
-                        f"{1.0 + swing:.2f} g at {speed:g} m/s; allowed for {aircraft.name}: {low:g} to {high:g} g "
-                        "(a longer period or a smaller amplitude)"
-                    )
-                    yield f"pattern.maneuvers[{number}].amplitude_deg", text
-                    break
+                yield f"maneuvers[{number}].amplitude_deg", text
+                break
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,8 @@ class Document:
         try:
             result = model.model_validate(self.table, context=context)
         except ValidationError as error:
-            found += complaints(error, model, self.table)
+            told = complaints(error, model, self.table)
+            found += told or [Complaint((), error.errors(include_url=False)[0]["msg"])]
             found += self._without_unknown_keys(model, context, error)
         lines = [*self.problems, *self._place(found)]
         if lines:

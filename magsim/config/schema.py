@@ -131,19 +131,23 @@ def _count(number: int) -> str:
     return "one" if number == 1 else str(number)
 
 
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.10g}"
+
+
 def _range(schema: Schema) -> str:
     low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
     high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
     parts = []
     if low is not None and high is not None:
-        parts.append(f"from {low:.10g} to {high:.10g}")
+        parts.append(f"from {_number(low)} to {_number(high)}")
     else:
-        parts += [f"of {low:.10g} or more"] if low is not None else []
-        parts += [f"above {above:.10g}"] if above is not None else []
-        parts += [f"up to {high:.10g}"] if high is not None else []
-        parts += [f"below {below:.10g}"] if below is not None else []
+        parts += [f"of {_number(low)} or more"] if low is not None else []
+        parts += [f"above {_number(above)}"] if above is not None else []
+        parts += [f"up to {_number(high)}"] if high is not None else []
+        parts += [f"below {_number(below)}"] if below is not None else []
     if "multipleOf" in schema:
-        parts.append(f"that is a multiple of {schema['multipleOf']:.10g}")
+        parts.append(f"that is a multiple of {_number(schema['multipleOf'])}")
     return "".join(f" {part}" if i == 0 else f", {part}" for i, part in enumerate(parts))
 
 
