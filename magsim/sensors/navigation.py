@@ -23,12 +23,6 @@ def compass(angle_deg: np.ndarray) -> np.ndarray:
     return np.where(wrapped >= 360.0, 0.0, wrapped)
 
 
-def _errors(name: str, rows: int, ins: Ins, drift: float, noise: float, rate_hz: float, seed: int) -> np.ndarray:
-    """Drift and white noise of three like channels, (rows, 3)."""
-    slow = gauss_markov(stream(seed, f"ins/{name}/drift"), (rows, 3), drift, ins.correlation_s, rate_hz)
-    return slow + noise * stream(seed, f"ins/{name}/noise").standard_normal((rows, 3))
-
-
 def _motion_columns(
     families: tuple[columns.Family, columns.Family, columns.Family],
     attitude_deg: np.ndarray,
@@ -82,17 +76,22 @@ def ins_columns(ins: Ins, path: Trajectory, rate_hz: float, seed: int) -> dict[s
     dict of str to (n,)
         Attitude, latitude, longitude [deg], velocity [m/s], height [m].
     """
-    n = len(path)
-    attitude = _errors("attitude", n, ins, ins.attitude_drift_deg, ins.attitude_noise_deg, rate_hz, seed)
+    shape = (len(path), 3)
+
+    def errors(name: str, drift: float, noise: float) -> np.ndarray:
+        slow = gauss_markov(stream(seed, f"ins/{name}/drift"), shape, drift, ins.correlation_s, rate_hz)
+        return slow + noise * stream(seed, f"ins/{name}/noise").standard_normal(shape)
+
+    attitude = errors("attitude", ins.attitude_drift_deg, ins.attitude_noise_deg)
     attitude[:, 2] *= ins.heading_factor
     attitude += np.degrees(path.attitude) + np.array(ins.attitude_bias_deg)
-    north, east, down = _errors("position", n, ins, ins.position_drift_m, ins.position_noise_m, rate_hz, seed).T
+    north, east, down = errors("position", ins.position_drift_m, ins.position_noise_m).T
     meridian, normal = radii_of_curvature(path.lat_rad)
     position = (
         path.lat_rad + north / (meridian + path.alt_m),
         path.lon_rad + east / ((normal + path.alt_m) * np.cos(path.lat_rad)),
         path.alt_m - down,
     )
-    velocity = _errors("velocity", n, ins, ins.velocity_drift_mps, ins.velocity_noise_mps, rate_hz, seed)
+    velocity = errors("velocity", ins.velocity_drift_mps, ins.velocity_noise_mps)
     families = (columns.INS_ATTITUDE, columns.INS_VELOCITY, columns.INS_ALTITUDE)
     return _motion_columns(families, attitude, position, path.velocity_n + velocity)
