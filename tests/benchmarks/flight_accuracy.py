@@ -10,12 +10,12 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
-from tests.benchmarks.rows import Row, at_most, finish
 
 from magsim.earth import wgs84
 from magsim.flight import fly
 from magsim.scenario import load_scenario
 from magsim.trajectory import Flight
+from tests.benchmarks.rows import Row, at_most, finish
 
 
 def closures_m(flight: Flight, circuits: int) -> list[float]:

@@ -13,11 +13,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.benchmarks.rows import at_most, finish, stated
-
 from magsim.flight import bare_run
 from magsim.scenario import load_scenario
 from magsim.simulation import simulate
+from tests.benchmarks.rows import at_most, finish, stated
 
 GOAL = 3.0
 
