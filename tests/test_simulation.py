@@ -1,0 +1,214 @@
+"""How flight, field and sensors meet: with a flight and a field made by hand, then with the real ones."""
+
+import json
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+import magsim
+from magsim import columns
+from magsim.aircraft import Aircraft
+from magsim.errors import DataError
+from magsim.scenario import LoadedScenario, Scenario, load_scenario
+from magsim.simulation import record, simulate
+from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
+from magsim.truth import FieldTruth
+
+SCALARS = [{"name": "cabin", "mount": "cabin_center"}, {"name": "tail", "mount": "stinger"}]
+FLUX = [{"name": "flux", "mount": "cabin_rear", "offset_nt": (10.0, 0.0, 0.0)}]
+INS = {"attitude_drift_deg": 0.01, "attitude_noise_deg": 0.001, "position_drift_m": 1.0}
+
+
+def loaded(scalars=SCALARS, seed=5, **recording):
+    table = {
+        "schema": 1,
+        "seed": seed,
+        "aircraft": "toy",
+        "start": {"lat_deg": 16.7, "lon_deg": 112.7, "alt_m": 3000.0, "speed_mps": 75.0},
+        "pattern": {"kind": "box"},
+        "sensors": {"scalar": scalars, "fluxgate": FLUX, "ins": INS},
+        "recording": {"valid_legs": (2,)} | recording,
+    }
+    table["start"]["time_utc"] = datetime(2025, 3, 13, 2, tzinfo=UTC)
+    toy = Aircraft("toy", facts=None, magnetics=None, digest="00")
+    return LoadedScenario("toy_box", Scenario.model_validate(table), toy, "schema = 1\n", ("seed=5",))
+
+
+def flight(duration_s=40.0):
+    t = np.arange(-60, round(duration_s * 30) + 61) / 30.0
+    zero = np.zeros(len(t))
+    attitude = np.stack([0.1 * np.sin(t), 0.05 * np.sin(0.7 * t), -0.2 + 0.01 * t], axis=1)
+    velocity = np.stack([75.0 + zero, zero, zero], axis=1)
+    carrier = Trajectory(t, 0.29 + 1e-5 * t, 1.96 + zero, 3000.0 + zero, velocity, attitude, 0.01 * attitude)
+    segments = (
+        Segment(1, 1, False, 0.0, 0.0, 8.0, 600.0),
+        Segment(1, 1, True, 0.0, 8.0, 10.0, 150.0),
+        Segment(1, 2, False, 90.0, 10.0, 20.0, 750.0),
+        Segment(2, 1, False, 180.0, 20.0, 40.0, 1500.0),
+    )
+    flown = (ManeuverFlown("roll", 1, 1, 2.0, 6.0, 2.0, 2, 5.0, 4.9, 0.1, (0.0, 0.2)),)
+    controls = {"elevator": 0.02 * np.sin(t), "rudder": 0.01 + zero}
+    return Flight(carrier, duration_s, 120.0, controls, segments, flown, {"integrator": "rk4"})
+
+
+def truth(duration_s=40.0):
+    t = np.arange(-360, round(duration_s * 120) + 361) / 120.0
+    mounts = ("stinger", "cabin_center", "cabin_rear")
+    wave = np.sin(t)[:, None, None] * np.ones((1, 3, 3))
+    return FieldTruth(
+        t,
+        mounts,
+        {
+            "earth": np.array([30e3, 5e3, 30e3]) + 1e3 * wave,
+            "permanent": np.arange(9.0).reshape(1, 3, 3) + 0.0 * wave,
+            "hinged": 0.1 * wave,
+            "induced": 2.0 * wave,
+            "eddy": 0.3 * np.cos(t)[:, None, None] + 0.0 * wave,
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return record(loaded(), flight(), truth())
+
+
+def test_columns_stand_in_the_order_of_the_table(recording):
+    places = [columns.FAMILIES.index(columns.find(name)) for name in recording.data]
+    assert places == sorted(places)
+    assert len(recording) == 401
+    np.testing.assert_array_equal(recording.time_s, np.arange(401) / 10)
+    # 2 scalars with 6 columns and 15 parts, a fluxgate with 3 and 15, 9 of the INS, 12 true, 2 surfaces, 7 segments.
+    assert len(recording.data) == 2 * 21 + 18 + 9 + 12 + 2 + 7
+    assert recording.scalars == ("cabin", "tail")
+    assert recording.fluxgates == ("flux",)
+
+
+def test_each_sensor_sits_at_its_mount(recording):
+    np.testing.assert_allclose(recording["permanent_tail_x_nt"], 0.0, atol=1e-9)
+    np.testing.assert_allclose(recording["permanent_cabin_y_nt"], 4.0)
+    np.testing.assert_allclose(recording["permanent_flux_z_nt"], 8.0)
+
+
+def test_motion_and_surfaces_are_those_of_the_flight(recording):
+    t = recording.time_s
+    np.testing.assert_allclose(recording["true_roll_deg"], np.degrees(0.1 * np.sin(t)), atol=1e-5)
+    np.testing.assert_allclose(recording["true_heading_deg"], np.degrees(-0.2 + 0.01 * t) % 360.0, atol=1e-9)
+    np.testing.assert_allclose(recording["surface_elevator_deg"], np.degrees(0.02 * np.sin(t)), atol=1e-5)
+    assert 0.0 < np.abs(recording["ins_roll_deg"] - recording["true_roll_deg"]).max() < 0.1
+
+
+def test_segments_and_split(recording):
+    t = recording.time_s
+    # A turn belongs to the leg before it; leg 2 of the training circuit is for validation; circuit 2 is the test.
+    wanted = np.select([t < 10.0, t < 20.0], [0.0, 1.0], 2.0)
+    np.testing.assert_array_equal(recording["split"], wanted)
+    np.testing.assert_array_equal(recording["turn"], (t >= 8.0) & (t < 10.0))
+    np.testing.assert_array_equal(recording["maneuver"], np.where((t >= 2.0) & (t < 6.0), 2, 0))
+    assert recording["cycle"].max() == 2
+
+
+def test_the_magnetometer_says_total_plus_error(recording):
+    for name in recording.scalars:
+        np.testing.assert_allclose(
+            recording[f"mag_{name}_nt"], recording[f"total_{name}_nt"] + recording[f"error_{name}_nt"], atol=1e-9
+        )
+        np.testing.assert_allclose(
+            recording[f"interference_{name}_nt"], recording[f"total_{name}_nt"] - recording[f"clean_{name}_nt"]
+        )
+
+
+def test_provenance_is_plain_and_complete(recording):
+    meta = recording.meta
+    assert json.loads(json.dumps(meta)) == meta
+    assert meta["schema"] == 1
+    assert meta["version"] == magsim.__version__
+    assert meta["scenario"] == recording.name == "toy_box"
+    assert meta["scenario_text"] == "schema = 1\n"
+    assert meta["overrides"] == ["seed=5"]
+    assert meta["digest"] == loaded().digest
+    assert meta["start_utc"] == "2025-03-13T02:00:00+00:00"
+    assert (meta["seed"], meta["rate_hz"], meta["simulation_rate_hz"]) == (5, 10, 120.0)
+    assert "263 taps" in meta["filter"]
+    assert meta["maneuvers"][0]["flown_deg"] == 4.9
+    assert meta["notes"] == {"integrator": "rk4"}
+
+
+def test_same_again(recording):
+    again = record(loaded(), flight(), truth())
+    for name, column in recording.data.items():
+        np.testing.assert_array_equal(again[name], column, err_msg=name)
+
+
+def test_another_sensor_changes_no_other_column(recording):
+    more = record(loaded([{"name": "extra", "mount": "stinger"}, *SCALARS]), flight(), truth())
+    for name, column in recording.data.items():
+        np.testing.assert_array_equal(more[name], column, err_msg=name)
+
+
+def test_another_seed_changes_instruments_alone(recording):
+    other = record(loaded(seed=6), flight(), truth())
+    changed = {name for name in recording.data if not np.array_equal(recording[name], other[name])}
+    assert changed == {n for n in recording.names("input") if not n.startswith(("surface", "ins_v"))} | {
+        "error_cabin_nt",
+        "error_tail_nt",
+    }
+
+
+@pytest.mark.parametrize("rate", [5, 20])
+def test_other_rates(rate):
+    other = record(loaded(rate_hz=rate), flight(30.0), truth(30.0))
+    assert len(other) == 30 * rate + 1
+    assert other.rate_hz == pytest.approx(rate)
+
+
+def test_a_value_that_is_not_finite_is_told():
+    broken = truth()
+    induced = np.array(broken.parts_b["induced"])
+    induced[360 + 1200 :, 1, 2] = np.nan
+    bad = FieldTruth(broken.time_s, broken.mounts, {**broken.parts_b, "induced": induced})
+    with pytest.raises(DataError, match=r"toy_box: column mag_cabin_nt is not finite, first at 9 s"):
+        record(loaded(), flight(), bad)
+
+
+# The real thing: a short box, every joint of it.
+
+SHORT = ("pattern.circuits=1", "pattern.leg_m=2000.0", "pattern.lead_s=5.0", "pattern.maneuvers=[]")
+
+
+@pytest.fixture(scope="module")
+def flown():
+    steps = []
+    whole = simulate(load_scenario("calibration_c208b", SHORT), progress=lambda *step: steps.append(step))
+    return whole, steps
+
+
+def test_end_to_end(flown):
+    whole, steps = flown
+    assert all(np.isfinite(column).all() for column in whole.data.values())
+    places = [columns.FAMILIES.index(columns.find(name)) for name in whole.data]
+    assert places == sorted(places)
+    assert list(dict.fromkeys(name for name, _ in steps)) == ["flight", "field", "sensors"]
+    assert all(0.0 <= share <= 1.0 for _, share in steps)
+    # South China Sea: 43012 nT, and the aircraft adds what it adds.
+    assert np.abs(whole["clean_cabin_nt"] - 43_012.0).max() < 60.0
+    assert 1.0 < np.std(whole["interference_cabin_nt"]) < 1000.0
+    assert set(whole["leg"]) == {1.0, 2.0, 3.0, 4.0}
+
+
+def test_end_to_end_label_and_projection_agree_to_second_order(flown):
+    whole, _ = flown
+    platform = sum(whole.vector(columns.PART, component=c, sensor="cabin") for c in columns.COMPONENTS[1:])
+    second = np.einsum("ni,ni->n", platform, platform) / (2.0 * whole["clean_cabin_nt"])
+    gap = whole["interference_cabin_nt"] - whole["projection_cabin_nt"]
+    assert (gap > -1e-3).all()
+    assert (gap < second + 1e-2).all()
+
+
+def test_end_to_end_twice(flown):
+    whole, _ = flown
+    again = simulate(load_scenario("calibration_c208b", SHORT))
+    assert again.meta == whole.meta
+    for name, column in whole.data.items():
+        np.testing.assert_array_equal(again[name], column, err_msg=name)
