@@ -14,7 +14,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -166,7 +166,17 @@ class Reader:
                 out[name] = value.item()
         return out
 
-    def refuse(self, why: str) -> None:
+    def texts_attribute(self, member: str, name: str) -> list[str]:
+        """Attribute of a member that is a list of texts."""
+        attributes = self._member(member).attrs  # type: ignore[attr-defined]
+        if name not in attributes:
+            self.refuse(f"{member} has no attribute {name}")
+        found = attributes.get_id(name)
+        if len(found.shape or ()) != 1 or found.dtype.kind != "S" or found.get_storage_size() > 2**20:
+            self.refuse(f"attribute {name} of {member} is not a list of texts")
+        return [text.decode("utf-8", "replace") for text in attributes[name].astype("S").tolist()]
+
+    def refuse(self, why: str) -> NoReturn:
         """Raise the DataError that tells what is wrong here."""
         msg = f"{self.where}: {why}"
         raise DataError(msg)
@@ -220,7 +230,11 @@ def _seal_is_good(path: Path) -> bool:
         return False
     with path.open("rb") as file:
         file.seek(size)
-        found = _SEAL.fullmatch(file.read())
+        tail = file.read()
+    found = _SEAL.fullmatch(tail)
+    if found is None and b"magsim-sha256:" in tail:
+        msg = f"{path}: is truncated: the checksum at its end is not complete"
+        raise DataError(msg)
     if found is None:
         return False
     if _sha256(path, size) != found[1].decode():

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -175,3 +176,47 @@ class Recording:
 
         index = pd.Index(self.time_s, name=columns.TIME)
         return pd.DataFrame(dict(self.data), index=index)
+
+    def write(self, path: Path | str, *, force: bool = False) -> None:
+        """Write the recording to an HDF5 file, whole or not at all (layout: ``magsim.recording.file``).
+
+        Raises
+        ------
+        RequestError
+            If the path is taken and ``force`` is not set, or cannot be written to.
+        DataError
+            If a column is not finite.
+        """
+        from magsim.recording import file
+
+        file.write(Path(path), [self], force=force)
+
+    @classmethod
+    def read(cls, path: Path | str) -> "Recording":
+        """Read a file that holds exactly one flight; ``read_recordings`` reads several.
+
+        Raises
+        ------
+        RequestError
+            If there is no such file, or it holds several flights.
+        DataError
+            If it is no recording, or is truncated or damaged.
+        """
+        from magsim.recording import file
+
+        return file.read_one(Path(path))
+
+
+def read_recordings(path: Path | str) -> tuple[Recording, ...]:
+    """Read all flights of a file, or of all ``*.h5`` files of a folder in the order of their names.
+
+    Raises
+    ------
+    RequestError
+        If there is no such file, or the folder has no recording.
+    DataError
+        If a file is no recording, or is truncated or damaged.
+    """
+    from magsim.recording import file
+
+    return file.read(Path(path))

@@ -1,0 +1,283 @@
+"""Recordings in HDF5 files, which netCDF tools read as well.
+
+Layout::
+
+    attributes: Conventions, title, schema_version, generator
+    flights/000001/
+      attributes: name, and one for each entry of Recording.meta; lists and tables as JSON, named *_json
+      time_s          (n,)    float64  dimension scale; units "seconds since ...", axis "T"
+      input_channel   (c,)    bytes    dimension scale: names of the columns of input
+      input           (n, c)  float64  contiguous, not packed; attributes column_units, column_frames, column_meanings
+      label, truth, segment            as input, each with its *_channel
+      texts/<key>     ()      bytes    entries of meta that are too long for an attribute
+
+The same recordings give the same bytes: no clock, no path, no host. A seal follows the data (see
+``magsim.storage.hdf5``).
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import magsim
+from magsim import columns, storage
+from magsim.errors import DataError, RequestError
+from magsim.recording import Recording
+from magsim.storage import hdf5
+
+if TYPE_CHECKING:
+    import h5py
+
+SCHEMA = 1
+"""Version of the layout."""
+
+ATTRIBUTE_BYTES = 60_000
+"""Longest attribute: HDF5 keeps it in the header of its object, which ends at 64 kB."""
+
+_JSON = "_json"
+_RESERVED = ("name",)
+_DETAILS = ("units", "frames", "meanings")
+
+
+def write(path: Path, recordings: Sequence[Recording], *, force: bool = False) -> None:
+    """Write recordings to one file, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Where; its folder must exist.
+    recordings : sequence of Recording
+        Flights, numbered in this order from 000001.
+    force : bool
+        Replace an existing file.
+
+    Raises
+    ------
+    RequestError
+        If the path is taken or cannot be written to.
+    DataError
+        If a column is not finite.
+    """
+    for recording in recordings:
+        check_finite(recording.name, recording.time_s, recording.data)
+    storage.atomic_write(path, lambda temporary: _write(temporary, recordings), force=force)
+
+
+def check_finite(where: str, time_s: np.ndarray, data: Mapping[str, np.ndarray]) -> None:
+    """Raise the DataError that names the first column that is not finite, and when."""
+    for name, column in data.items():
+        bad = ~np.isfinite(column)
+        if bad.any():
+            msg = f"{where}: column {name} is not finite, first at {time_s[bad.argmax()]:g} s"
+            raise DataError(msg)
+
+
+def _write(path: Path, recordings: Sequence[Recording]) -> None:
+    import h5py
+
+    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
+        file.attrs["Conventions"] = _text("CF-1.12")
+        file.attrs["title"] = _text("magsim")
+        file.attrs["schema_version"] = np.int64(SCHEMA)
+        file.attrs["generator"] = _text(f"magsim {magsim.__version__}")
+        flights = file.create_group("flights")
+        for number, recording in enumerate(recordings, start=1):
+            _write_flight(flights.create_group(f"{number:06d}"), recording)
+    hdf5.seal(path)
+
+
+def _write_flight(group: "h5py.Group", recording: Recording) -> None:
+    group.attrs["name"] = _text(recording.name)
+    _write_meta(group, recording.meta)
+    time_s = group.create_dataset(columns.TIME, data=recording.time_s)
+    start = recording.meta.get("start_utc")
+    time_s.attrs["units"] = _text(f"seconds since {_cf_time(start)}" if isinstance(start, str) else "s")
+    time_s.attrs["calendar"] = _text("standard")
+    time_s.attrs["axis"] = _text("T")
+    time_s.attrs["standard_name"] = _text("time")
+    time_s.attrs["long_name"] = _text("time from the first recorded row")
+    time_s.make_scale(columns.TIME)
+    for role in columns.ROLES:
+        names = recording.names(role)
+        if not names:
+            continue
+        families = [columns.find(name) for name in names]
+        channel = group.create_dataset(f"{role}_channel", data=_texts(names))
+        channel.attrs["long_name"] = _text(f"names of the columns of {role}")
+        channel.make_scale(f"{role}_channel")
+        block = group.create_dataset(role, data=recording.stack(names))
+        block.dims[0].attach_scale(time_s)
+        block.dims[1].attach_scale(channel)
+        block.attrs["long_name"] = _text(f"columns of role {role}")
+        for detail, values in zip(
+            _DETAILS, zip(*((f.unit, f.frame, f.meaning) for f in families), strict=True), strict=True
+        ):
+            _set_attribute(block, f"column_{detail}", _texts(values))
+
+
+def _write_meta(group: "h5py.Group", meta: Mapping[str, object]) -> None:
+    for key, value in meta.items():
+        if not hdf5.NAME.fullmatch(key) or key in _RESERVED or key.endswith(_JSON):
+            msg = f"{key!r} cannot name an entry of a recording's meta"
+            raise ValueError(msg)
+        if isinstance(value, float | np.floating):
+            group.attrs[key] = np.float64(value)
+        elif isinstance(value, int | np.integer) and not isinstance(value, bool) and -(2**63) <= value < 2**63:
+            group.attrs[key] = np.int64(value)
+        else:
+            name = key if isinstance(value, str) else key + _JSON
+            text = _text(value if isinstance(value, str) else _json(value))
+            if text.dtype.itemsize > ATTRIBUTE_BYTES:
+                group.require_group("texts").create_dataset(name, data=text)
+            else:
+                group.attrs[name] = text
+
+
+def _json(value: object) -> str:
+    def plain(item: object) -> object:
+        if isinstance(item, np.ndarray | np.generic):
+            return item.tolist()
+        msg = f"{type(item).__name__} cannot be an entry of a recording's meta"
+        raise TypeError(msg)
+
+    return json.dumps(value, default=plain, ensure_ascii=False, sort_keys=True, allow_nan=False)
+
+
+def _set_attribute(item: "h5py.Dataset", name: str, value: np.ndarray) -> None:
+    if value.nbytes > ATTRIBUTE_BYTES:
+        msg = f"{len(value)} columns are too many for one recording file; allowed: fewer sensors in one flight"
+        raise RequestError(msg)
+    item.attrs[name] = value
+
+
+def _text(text: str) -> np.ndarray:
+    return _texts([text])[0, ...]
+
+
+def _texts(texts: Iterable[str]) -> np.ndarray:
+    """Texts as bytes of one length, which HDF5 knows to be UTF-8."""
+    import h5py
+
+    encoded = [text.encode() for text in texts]
+    return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(1, *map(len, encoded))))
+
+
+def _cf_time(start_utc: str) -> str:
+    """A time in ISO 8601 as the CF conventions write it."""
+    start = datetime.fromisoformat(start_utc)
+    start = start.astimezone(UTC) if start.tzinfo else start
+    return start.replace(tzinfo=None).isoformat(sep=" ")
+
+
+def read(path: Path) -> tuple[Recording, ...]:
+    """All flights of a file, or of all ``*.h5`` files of a folder, in the order of their names.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    tuple of Recording
+        One or more.
+
+    Raises
+    ------
+    RequestError
+        If there is no such file, or a folder has no recording.
+    DataError
+        If a file is no recording, or is truncated or damaged.
+    """
+    if path.is_dir():
+        files = sorted(file for file in path.glob("*.h5") if not file.name.startswith("."))
+        if not files:
+            msg = f"{path}: this folder has no recording (*.h5)"
+            raise RequestError(msg)
+        return tuple(recording for file in files for recording in read(file))
+    with hdf5.open_careful(path) as root:
+        _check_schema(root)
+        flights = root.group("flights")
+        found = tuple(_read_flight(flights.group(name)) for name in flights.names())
+        if not found:
+            flights.refuse("there is no flight inside")
+    return found
+
+
+def read_one(path: Path) -> Recording:
+    """The flight of a file that holds exactly one; see ``read`` for what it raises."""
+    if path.is_dir():
+        msg = f"{path}: is a folder, where one recording file is needed"
+        raise RequestError(msg)
+    found = read(path)
+    if len(found) > 1:
+        msg = f"{path}: holds {len(found)} flights, where one is needed (read_recordings reads them all)"
+        raise RequestError(msg)
+    return found[0]
+
+
+def _check_schema(root: hdf5.Reader) -> None:
+    attributes = root.attributes()
+    version = attributes.get("schema_version")
+    if attributes.get("title") != "magsim" or not isinstance(version, int):
+        root.refuse("is not a recording of magsim")
+    if version != SCHEMA:
+        newer = " (a newer magsim wrote it)" if version > SCHEMA else ""
+        root.refuse(f"has schema_version {version}{newer}; allowed: {SCHEMA}")
+
+
+def _read_flight(group: hdf5.Reader) -> Recording:
+    present = group.names()
+    time_s = group.array(columns.TIME, kind="f", ndim=1)
+    if len(time_s) < 2 or not np.isfinite(time_s).all() or not np.all(np.diff(time_s) > 0.0):
+        group.refuse("time_s is not strictly increasing, finite and of 2 rows or more")
+    data: dict[str, np.ndarray] = {}
+    for role in columns.ROLES:
+        if role in present:
+            data |= _read_block(group, role, len(time_s), data)
+    check_finite(group.where, time_s, data)
+    attributes = group.attributes()
+    name = attributes.pop("name", "")
+    if "texts" in present:
+        texts = group.group("texts")
+        for key in texts.names():
+            attributes[key] = texts.array(key, kind="S", ndim=0).item().decode("utf-8")
+    return Recording(str(name), time_s, data, _read_meta(group, attributes))
+
+
+def _read_meta(group: hdf5.Reader, attributes: Mapping[str, object]) -> dict[str, object]:
+    meta: dict[str, object] = {}
+    for key, value in attributes.items():
+        if key.endswith(_JSON):
+            try:
+                meta[key.removesuffix(_JSON)] = json.loads(str(value))
+            except (ValueError, RecursionError):
+                group.refuse(f"attribute {key} is not JSON")
+        else:
+            meta[key] = value
+    return dict(sorted(meta.items()))
+
+
+def _read_block(group: hdf5.Reader, role: str, rows: int, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns of one role, each checked against the table of columns."""
+    block = group.array(role, kind="f", ndim=2)
+    names = [name.decode("utf-8", "replace") for name in group.array(f"{role}_channel", kind="S", ndim=1).tolist()]
+    if block.shape != (rows, len(names)):
+        group.refuse(f"{role} has shape {block.shape}; expected {(rows, len(names))}, from time_s and {role}_channel")
+    units = group.texts_attribute(role, "column_units")
+    if len(units) != len(names):
+        group.refuse(f"{role} has {len(names)} columns, but attribute column_units has {len(units)} entries")
+    for name, unit in zip(names, units, strict=True):
+        family = columns.find(name)
+        if family is None:
+            group.refuse(f"{role} has a column {name[:60]!a} that magsim {magsim.__version__} does not know")
+        elif family.role != role:
+            group.refuse(f"column {name} stands in {role}; expected in {family.role}")
+        elif family.unit != unit:
+            group.refuse(f"column {name} has unit {unit[:20]!a}; allowed: {family.unit!r}")
+        elif names.count(name) > 1 or name in seen:
+            group.refuse(f"column {name} is there twice")
+    return {name: block[:, i] for i, name in enumerate(names)}
