@@ -1,0 +1,112 @@
+"""The command line. Commands are imported when they run, so that ``magsim --help`` stays fast."""
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from difflib import get_close_matches
+from importlib import import_module
+
+import click
+
+import magsim
+from magsim.errors import MagsimError
+
+COMMANDS = {
+    "generate": ("magsim.cli.generate:generate", "Fly a scenario and write its recording."),
+    "train": ("magsim.cli.train:train", "Train a compensator on recordings."),
+    "benchmark": ("magsim.cli.benchmark:benchmark", "Compare compensators on recordings."),
+    "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
+    "info": ("magsim.cli.info:info", "Say what a recording holds."),
+    "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
+    "schema": ("magsim.cli.schema:schema", "Print the JSON schema of scenario files."),
+}
+"""Commands by name: where each is, and what it does."""
+
+INTERRUPTED = 130
+TERMINATED = 143
+BROKEN_PIPE = 141
+
+
+class LazyGroup(click.Group):
+    """Group of commands that imports a command only when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands, in the order in which a newcomer needs them."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import one command."""
+        if cmd_name not in COMMANDS:
+            return None
+        module, _, function = COMMANDS[cmd_name][0].partition(":")
+        return getattr(import_module(module), function)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that is called, or say which one may have been meant."""
+        name = args[0] if args else ""
+        if name not in COMMANDS and not name.startswith("-"):
+            close = get_close_matches(name, COMMANDS, n=1)
+            hint = f" (did you mean '{close[0]}'?)" if close else ""
+            ctx.fail(f"there is no command '{name}'{hint}; allowed: {', '.join(COMMANDS)}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(magsim.__version__, prog_name="magsim", message="%(prog)s %(version)s")
+def cli() -> None:
+    """Simulate calibration flights with known magnetic interference, and compare compensators on them."""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    args : sequence of str, optional
+        Arguments without the program's name; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 2 what was asked cannot be done, 3 what was met is bad, 130 interrupted.
+    """
+    with suppress(ValueError):  # only the main thread may set it
+        signal.signal(signal.SIGTERM, _terminate)
+    try:
+        code = cli.main(args=args, prog_name="magsim", standalone_mode=False)
+        sys.stdout.flush()
+    except MagsimError as error:
+        _tell(str(error))
+        return error.exit_code
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        _tell("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # whoever read the output has enough; what is still buffered goes nowhere
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    return code if isinstance(code, int) else 0
+
+
+def _terminate(_signal: int, _frame: object) -> None:
+    raise SystemExit(TERMINATED)
+
+
+def _tell(text: str) -> None:
+    """Write lines to stderr as they are, but for control characters that a path may hold."""
+    plain = "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
+    with suppress(OSError):
+        click.echo(plain, err=True)

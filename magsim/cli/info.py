@@ -1,0 +1,160 @@
+"""``magsim info``: what a recording holds."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from magsim.recording import Recording
+
+
+@dataclass(frozen=True)
+class Section:
+    """A titled table."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@click.command(short_help="Say what a recording holds.")
+@click.argument("file", type=click.Path(path_type=Path))
+def info(file: Path) -> None:
+    """Say what FILE holds: flights, sensors, columns, segments, maneuvers, and where it comes from.
+
+    FILE may be a folder of recordings too. Several flights are listed, one is told in full.
+    """
+    from magsim.recording import read_recordings
+
+    recordings = read_recordings(file)
+    sections = [_flights(recordings)]
+    if len(recordings) == 1:
+        sections += [*_details(recordings[0])]
+    show(sections)
+
+
+def show(sections: Sequence[Section]) -> None:
+    """Print sections: as rich tables on a terminal, else as plain aligned text that is never wrapped."""
+    if not sys.stdout.isatty():
+        click.echo("\n\n".join(_plain(section) for section in sections))
+        return
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    for section in sections:
+        table = Table(title=section.title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+        for name in section.header:
+            table.add_column(name, overflow="fold")
+        for row in section.rows:
+            table.add_row(*row)
+        console.print(table)
+
+
+def _plain(section: Section) -> str:
+    rows = [section.header, *section.rows]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(section.header))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([section.title, *(f"  {line}" for line in lines)])
+
+
+def _flights(recordings: Sequence["Recording"]) -> Section:
+    rows = tuple(
+        (
+            recording.name,
+            str(len(recording)),
+            f"{recording.rate_hz:.4g}",
+            f"{recording.time_s[-1] - recording.time_s[0]:.1f}",
+            ", ".join(recording.scalars) or "-",
+            ", ".join(recording.fluxgates) or "-",
+            _word(recording.meta.get("start_utc")),
+        )
+        for recording in recordings
+    )
+    header = ("flight", "rows", "rate Hz", "duration s", "scalar sensors", "fluxgates", "start UTC")
+    return Section("Flights" if len(rows) > 1 else "Flight", header, rows)
+
+
+def _details(recording: "Recording") -> Iterator[Section]:
+    yield _provenance(recording)
+    yield _columns(recording)
+    if "leg" in recording and "circuit" in recording:
+        yield _segments(recording)
+    maneuvers = recording.meta.get("maneuvers")
+    if isinstance(maneuvers, list) and maneuvers:
+        yield _maneuvers(maneuvers)
+
+
+def _provenance(recording: "Recording") -> Section:
+    keys = ("scenario", "aircraft", "seed", "overrides", "digest", "version", "filter", "simulation_rate_hz")
+    rows = tuple((key, _word(recording.meta[key])) for key in keys if recording.meta.get(key) not in (None, [], ""))
+    return Section("Where it comes from", ("key", "value"), rows or (("-", "no provenance"),))
+
+
+def _columns(recording: "Recording") -> Section:
+    from magsim import columns
+
+    rows = []
+    for role in columns.ROLES:
+        families: dict[str, list[str]] = {}
+        for name in recording.names(role):
+            families.setdefault(columns.find(name).pattern, []).append(name)
+        for pattern, names in families.items():
+            family = columns.find(names[0])
+            rows.append((role, pattern, str(len(names)), family.unit, family.meaning))
+    return Section("Columns", ("role", "family", "columns", "unit", "meaning"), tuple(rows))
+
+
+def _segments(recording: "Recording") -> Section:
+    """One row for each stretch of rows with the same circuit, leg, turn and split."""
+    import numpy as np
+
+    from magsim import columns
+
+    names = [name for name in ("circuit", "leg", "turn", "leg_heading_deg", "split") if name in recording]
+    table = recording.stack(names)
+    cuts = np.flatnonzero(np.any(np.diff(table, axis=0) != 0.0, axis=1)) + 1
+    bounds = [0, *cuts.tolist(), len(recording)]
+    rows = []
+    for start, stop in pairwise(bounds):
+        values = dict(zip(names, table[start], strict=True))
+        rows.append(
+            (
+                f"{values['circuit']:.0f}",
+                f"{values['leg']:.0f}",
+                "turn" if values.get("turn") else "leg",
+                f"{values['leg_heading_deg']:.0f}" if "leg_heading_deg" in values else "-",
+                columns.SPLITS.get(int(values["split"]), "-") if "split" in values else "-",
+                f"{recording.time_s[start]:.1f}",
+                str(stop - start),
+            )
+        )
+    header = ("circuit", "leg", "kind", "heading deg", "split", "start s", "rows")
+    return Section("Segments", header, tuple(rows))
+
+
+def _maneuvers(maneuvers: Sequence[object]) -> Section:
+    rows = []
+    for entry in maneuvers:
+        if not isinstance(entry, dict):
+            continue
+        keys = ("circuit", "leg", "axis", "start_s", "period_s", "cycles", "asked_deg", "flown_deg", "residual_deg")
+        rows.append(tuple(_word(entry.get(key)) for key in keys))
+    header = ("circuit", "leg", "axis", "start s", "period s", "cycles", "asked deg", "flown deg", "rms of rest deg")
+    return Section("Maneuvers: amplitudes asked and flown", header, tuple(rows))
+
+
+def _word(value: object) -> str:
+    """A value in one line, without control characters: files may come from anywhere."""
+    if value is None:
+        return "-"
+    text = f"{value:.4g}" if isinstance(value, float) else str(value)
+    if isinstance(value, list):
+        text = ", ".join(map(str, value))
+    return "".join(c if c.isprintable() else "?" for c in text)[:200]
