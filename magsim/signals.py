@@ -180,8 +180,8 @@ class Decimator:
     def description(self) -> str:
         """The response in words, for provenance."""
         return (
-            f"linear-phase FIR low-pass, Kaiser window, {len(self.taps)} taps at {self.rate_in_hz:g} Hz, centered; gain "
-            f"within 1e-4 of 1 up to {PASS_EDGE * self.rate_out_hz:g} Hz, 80 dB down from "
+            f"linear-phase FIR low-pass, Kaiser window, {len(self.taps)} taps at {self.rate_in_hz:g} Hz, centered; "
+            f"gain within 1e-4 of 1 up to {PASS_EDGE * self.rate_out_hz:g} Hz, 80 dB down from "
             f"{STOP_EDGE * self.rate_out_hz:g} Hz; then 1 of {self.factor} samples"
         )
 
