@@ -86,10 +86,15 @@ def _steel(part: Steel) -> Sheet | Solid:
     return Solid(mesh, part.mu_r - 1.0)
 
 
+def steel_model(steel: tuple[Steel, ...]) -> InducedModel:
+    """The finite-element model of the steel parts of an aircraft, all of them together."""
+    return InducedModel([_steel(part) for part in steel])
+
+
 def _induced(steel: tuple[Steel, ...], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if not steel:
         return np.zeros((len(points), 3, 3)), np.zeros((len(points), 3, 3, 3))
-    model = InducedModel([_steel(part) for part in steel])
+    model = steel_model(steel)
     return model.response(points), model.response_gradient(points)
 
 

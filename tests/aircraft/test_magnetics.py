@@ -1,0 +1,119 @@
+"""What a magnetic file may say, and how it is told what it may not."""
+
+import copy
+import tomllib
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from magsim import assets
+from magsim.aircraft import Magnetics, load_aircraft
+
+SGL_RAIL_M = {
+    "sgl_mag_1": (-12.01, 0.0, 1.37),
+    "sgl_mag_2": (-0.60, -0.36, 0.0),
+    "sgl_mag_3": (-1.28, -0.36, 0.0),
+    "sgl_mag_4": (-3.53, 0.0, 0.0),
+    "sgl_mag_5": (-3.79, 0.0, 1.20),
+    "sgl_flux_a": (-3.27, -0.60, 0.0),
+    "sgl_flux_b": (-8.92, 0.0, 0.96),
+    "sgl_flux_c": (-4.06, 0.42, 0.0),
+    "sgl_flux_d": (-4.06, -0.42, 0.0),
+}
+"""Forward, port, up from the front seat rail: SGL 2020 data sheet in MagNav.jl."""
+
+
+@pytest.fixture
+def settings() -> dict:
+    path = assets.aircraft_dir("c208b") / "magnetics.toml"
+    return copy.deepcopy(tomllib.loads(path.read_text(encoding="utf-8")))
+
+
+def test_sgl_mounts_come_from_the_data_sheet_by_one_shift() -> None:
+    mounts = load_aircraft("c208b").mounts
+    shifts = np.array(
+        [np.array(mounts[name]) - np.array(rail) * [1.0, -1.0, -1.0] for name, rail in SGL_RAIL_M.items()]
+    )
+    np.testing.assert_allclose(shifts, np.broadcast_to([0.90, 0.0, 0.55], shifts.shape), atol=1e-12)
+    assert mounts["cabin_center"] == (0.0, 0.0, 0.0)
+
+
+def test_every_group_says_where_it_comes_from() -> None:
+    magnetics = load_aircraft("c208b").magnetics
+    groups = (*magnetics.mounts.values(), *magnetics.permanent, *magnetics.hinged, *magnetics.steel, *magnetics.coils)
+    assert all(len(group.source) >= 10 for group in groups)
+
+
+def _refused(settings: dict, text: str) -> None:
+    with pytest.raises(ValidationError, match=text):
+        Magnetics.model_validate(settings)
+
+
+def test_unknown_key(settings: dict) -> None:
+    settings["permanent"][0]["moment_nt"] = 1.0
+    _refused(settings, "moment_nt")
+
+
+def test_unknown_kind_of_steel(settings: dict) -> None:
+    settings["steel"][0]["kind"] = "sphere"
+    _refused(settings, "box_sheet")
+
+
+def test_hinge_axis_must_be_a_unit_vector(settings: dict) -> None:
+    settings["hinged"][0]["hinge_axis"] = [0.0, 2.0, 0.0]
+    _refused(settings, "length 2; allowed: a unit vector")
+
+
+def test_unknown_surface(settings: dict) -> None:
+    settings["hinged"][0]["surface"] = "spoiler"
+    _refused(settings, "aileron_left")
+
+
+def test_resistance_of_a_coil_must_be_clear(settings: dict) -> None:
+    settings["coils"][0]["conductivity_spm"] = 1.7e7
+    _refused(settings, "its resistance is not clear")
+    del settings["coils"][0]["time_constant_s"]
+    _refused(settings, "its resistance is not clear")
+    settings["coils"][0]["section_m2"] = 1e-3
+    assert Magnetics.model_validate(settings).coils[0].section_m2 == 1e-3
+
+
+def test_names_must_differ(settings: dict) -> None:
+    settings["hinged"][0]["name"] = settings["permanent"][0]["name"]
+    _refused(settings, "used twice: engine")
+
+
+def test_sheet_must_be_thin(settings: dict) -> None:
+    settings["steel"][0]["thickness_m"] = 0.1
+    _refused(settings, "no thin sheet")
+
+
+def test_box_needs_three_lengths(settings: dict) -> None:
+    settings["steel"][0]["size_m"] = [1.0, 0.0, 0.6]
+    _refused(settings, "three positive lengths")
+
+
+def test_mesh_must_not_explode(settings: dict) -> None:
+    settings["steel"][0]["element_m"] = 0.001
+    _refused(settings, "too many triangles")
+
+
+@pytest.mark.parametrize(
+    ("place", "culprit"),
+    [
+        ([-1.8, 0.0, 0.69], "0.01 m from steel part 'fuel_tank'"),
+        ([-2.31, 0.0, 0.4], "0.01 m from steel part 'fuel_tank'"),
+        ([3.4, 0.0, 0.1], "-0.14 m from steel part 'engine'"),
+        ([3.4, 0.0, 0.3], "0.06 m from steel part 'engine'"),
+        ([-0.95, 0.15, -0.7], "0.1 m from dipole 'flap_motor'"),
+    ],
+)
+def test_mounts_keep_off_steel_and_dipoles(settings: dict, place: list[float], culprit: str) -> None:
+    settings["mounts"]["bad"] = {"position_m": place, "source": "a test"}
+    _refused(settings, culprit)
+
+
+def test_a_sensor_may_sit_inside_the_tank(settings: dict) -> None:
+    settings["mounts"]["tank"] = {"position_m": [-1.8, 0.0, 0.4], "source": "a test"}
+    assert "tank" in Magnetics.model_validate(settings).mounts
