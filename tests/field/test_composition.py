@@ -99,7 +99,7 @@ def test_mounts_in_the_order_of_first_use(run: Callable) -> None:
 
 
 def test_few_knots_hold_the_earth(flight: Flight) -> None:
-    """The spline through 5 knots a second against IGRF at every sample."""
+    """The spline through few knots a second against IGRF at every sample."""
     scenario, time = _scenario(), simulation_times(flight)
     inside = slice(120, -120)  # the ends of a flight are run-in for the filters
     field, gradient = earth_along(scenario, flight.carrier, time)
