@@ -1,0 +1,106 @@
+"""Losses of residual networks, among them one in the band that compensation is judged in."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from torch import Tensor, nn
+
+from magsim import signals
+
+BAND_EDGE_S = 6.0
+"""What is left out at each end of a window after the band-pass inside it [s]."""
+
+
+def band_matrix(length: int, rate_hz: float) -> np.ndarray:
+    """The forward-backward band-pass as a matrix on a window, its ends left out.
+
+    Rows hold the impulse response of ``signals.band_pass``, so a product with a window that is zero outside equals
+    the filter. Inside a longer signal the rows near the ends lack what lies beyond the window.
+
+    Parameters
+    ----------
+    length : int
+        Samples of the window.
+    rate_hz : float [Hz]
+
+    Returns
+    -------
+    (length - 2 edge, length)
+
+    Raises
+    ------
+    ValueError
+        If the window is too short to leave any row.
+    """
+    edge = round(BAND_EDGE_S * rate_hz)
+    if length <= 2 * edge:
+        msg = f"a window of {length} samples is too short for the in-band loss; it needs more than {2 * edge}"
+        raise ValueError(msg)
+    # Long enough that the response has died out at both ends.
+    half = max(round(120.0 * rate_hz), 2 * length)
+    impulse = np.zeros(2 * half + 1)
+    impulse[half] = 1.0
+    response = signals.band_pass(impulse, rate_hz)
+    rows, samples = np.arange(edge, length - edge), np.arange(length)
+    return response[half + rows[:, None] - samples]
+
+
+@dataclass(frozen=True)
+class ResidualLoss:
+    """Mean squared error, broadband and in band, of a network that learns a standardized residual.
+
+    Attributes
+    ----------
+    band : Tensor or None
+        ``band_matrix`` transposed, None for the broadband part alone.
+    band_weight : float
+        Weight of the in-band part; both parts are relative to the variance of what there is to learn.
+    last : bool
+        The network puts out the last sample of a window only.
+    """
+
+    band: Tensor | None
+    band_weight: float
+    last: bool
+
+    def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:  # noqa: ARG002
+        """Loss of a batch: inputs (B, M, T), targets (B, 1, T)."""
+        inputs, targets = batch
+        return [self.of(module(inputs), targets[:, 0])]
+
+    def of(self, output: Tensor, target: Tensor) -> Tensor:
+        """Loss of an output, (B, T) or (B, 1), against a target (B, T)."""
+        error = output - (target[:, -1:] if self.last else target)
+        loss = (error**2).mean()
+        if self.band is not None:
+            loss = loss + self.band_weight * ((error @ self.band) ** 2).mean()
+        return loss
+
+
+@dataclass(frozen=True)
+class TutoredLoss:
+    """Paper 000, eq. 39: at first learn what Tolles-Lawson says, then more and more the truth.
+
+    Two losses, ``e^(-v k)`` times that against the Tolles-Lawson estimate and ``1 - e^(-v k)`` times that against the
+    truth, k the epoch. The paper gives neither v nor the unit of k.
+
+    Attributes
+    ----------
+    truth : ResidualLoss
+    decay : float
+        v, for each epoch.
+    steps_per_epoch : float
+    """
+
+    truth: ResidualLoss
+    decay: float
+    steps_per_epoch: float
+
+    def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
+        """Both weighted losses of a batch: inputs (B, M, T), targets (B, 2, T) with truth and tutor."""
+        inputs, targets = batch
+        output = module(inputs)
+        share = math.exp(-self.decay * step / self.steps_per_epoch)
+        return [share * self.truth.of(output, targets[:, 1]), (1.0 - share) * self.truth.of(output, targets[:, 0])]

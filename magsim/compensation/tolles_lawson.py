@@ -1,0 +1,269 @@
+"""Tolles-Lawson compensation with 16 or 18 terms (papers 000, eq. 26, and 001, eq. 1 to 8)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+
+from magsim import columns, metrics, signals
+from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate
+from magsim.compensation.features import Design, Inputs, design, requirements, spans
+from magsim.compensation.ridge import RidgeFit, fit_ridge
+from magsim.errors import DataError
+from magsim.recording import Recording
+
+ROWS_PER_TERM = 10
+"""Fewest rows for each coefficient that a fit accepts."""
+
+
+class Nothing(Compensator):
+    """No compensation: the interference is taken for zero."""
+
+    name = "none"
+
+    def fit(
+        self,
+        train: Sequence[Recording],
+        *,
+        sensor: str,
+        valid: Sequence[Recording] = (),  # noqa: ARG002 - nothing to learn
+        seed: int = 0,  # noqa: ARG002
+    ) -> Self:
+        """Note the sensor."""
+        check_recordings(train, sensor)
+        self.sensor_ = sensor
+        return self
+
+    def interference(self, recording: Recording) -> np.ndarray:
+        """Zeros, (n,)."""
+        self._require_fitted()
+        return np.zeros(len(recording))
+
+
+class Term(NamedTuple):
+    """One coefficient of a fitted model."""
+
+    name: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class TollesLawsonReport:
+    """What a Tolles-Lawson fit found.
+
+    Attributes
+    ----------
+    terms : tuple of Term
+    offset_nt : float [nT]
+        Constant that the coefficients do not hold.
+    weight : float
+        Ridge weight, relative to the largest squared singular value of the scaled columns.
+    condition : float
+        Condition number of the scaled columns that were fitted.
+    residual_nt : float [nT]
+        Root of the mean squared residual of the fit, in the band where it was fitted in band.
+    """
+
+    terms: tuple[Term, ...]
+    offset_nt: float
+    weight: float
+    condition: float
+    residual_nt: float
+
+    def __str__(self) -> str:
+        lines = [f"{term.name:>10} {term.value: .6e} {term.unit}" for term in self.terms]
+        lines += [f"{'offset':>10} {self.offset_nt: .6e} nT"]
+        lines += [f"ridge weight {self.weight:.1e}, condition {self.condition:.3g}, residual {self.residual_nt:.4g} nT"]
+        return "\n".join(lines)
+
+
+class TollesLawson(Compensator):
+    """Permanent, induced and eddy-current interference, linear in its coefficients.
+
+    Fitted on filtered columns and a filtered target, used on unfiltered columns: exact for constant coefficients,
+    since a linear filter commutes with them. Closed form, so the validation recordings are fitted as well.
+
+    Parameters
+    ----------
+    terms : {16, 18}
+        18 keeps two columns that follow from the others.
+    target : {"interference", "measured"}
+        The label, or the band-passed scalar reading (self-supervised: what of the clean field lies in the band leaks
+        into the coefficients). With ``measured`` the constant is still that of the labels where there are any.
+    band : {"in", "broad"}
+        Fit in 0.1 to 0.6 Hz; or on unfiltered rows with a constant, which gives a worse score in band and a better
+        one broadband. ``measured`` needs ``in``.
+    fluxgate : str, optional
+        The first one of the first recording if not given.
+    scale : {"constant", "sample"}
+        Field strength in the columns: mean length of the fluxgate reading over the training, as paper 000 folds it into
+        the coefficients; or its length row by row, as paper 001. A perfect fluxgate beside the scalar sensor knows the
+        answer by its length, so ``sample`` flatters there; with an imperfect one it adds its errors.
+    derivative : {"central", "spline"}
+        How direction cosines are differentiated.
+
+    Attributes
+    ----------
+    coefficients_ : (terms,)
+    offset_nt_ : float
+    report_ : TollesLawsonReport
+    """
+
+    requires = requirements(("tl16",))
+
+    def __init__(
+        self,
+        terms: Literal[16, 18] = 16,
+        target: Literal["interference", "measured"] = "interference",
+        band: Literal["in", "broad"] = "in",
+        fluxgate: str | None = None,
+        scale: Literal["constant", "sample"] = "constant",
+        derivative: Literal["central", "spline"] = "central",
+    ) -> None:
+        self.terms = terms
+        self.target = target
+        self.band = band
+        self.fluxgate = fluxgate
+        self.scale = scale
+        self.derivative = derivative
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """Name in the registry."""
+        return f"tl{self.terms}" + ("_measured" if self.target == "measured" else "")
+
+    def fit(
+        self,
+        train: Sequence[Recording],
+        *,
+        sensor: str,
+        valid: Sequence[Recording] = (),
+        seed: int = 0,  # noqa: ARG002 - closed form
+    ) -> Self:
+        """Solve for the coefficients; see ``Compensator.fit``."""
+        recordings = [*train, *valid]
+        check_recordings(recordings, sensor)
+        self.set_params(**self.get_params())
+        self._inputs = self._make_inputs(recordings)
+        designs = [self._design(recording) for recording in recordings]
+        targets = [self._target(recording, sensor) for recording in recordings]
+        fit = self._solve(recordings, designs, targets)
+        self.coefficients_ = fit.coefficients
+        self.offset_nt_ = self._offset(recordings, designs, sensor)
+        self.sensor_ = sensor
+        self._names, self._units = designs[0].names, designs[0].units
+        self._quality = {"weight": fit.weight, "condition": fit.condition, "residual_nt": fit.residual_std}
+        return self
+
+    @property
+    def report_(self) -> TollesLawsonReport:
+        """Coefficients with units, condition number and ridge weight."""
+        self._require_fitted()
+        values = self.coefficients_.tolist()
+        terms = tuple(Term(*row) for row in zip(self._names, values, self._units, strict=True))
+        return TollesLawsonReport(terms, self.offset_nt_, **self._quality)
+
+    def interference(self, recording: Recording) -> np.ndarray:
+        """Columns times coefficients, (n,) [nT]; no warm-up."""
+        self._require_fitted()
+        return np.einsum("nc,c->n", self._design(recording).matrix, self.coefficients_) + self.offset_nt_
+
+    def _make_inputs(self, recordings: Sequence[Recording]) -> Inputs:
+        fluxgate = pick_fluxgate(recordings, self.fluxgate)
+        if self.scale == "sample":
+            return Inputs(fluxgate, self.derivative)
+        readings = np.concatenate([r.vector(columns.FLUX, sensor=fluxgate) for r in recordings])
+        return Inputs(fluxgate, self.derivative, float(np.linalg.norm(readings, axis=1).mean()))
+
+    def _design(self, recording: Recording) -> Design:
+        return design(recording, self._inputs, (f"tl{self.terms}",))
+
+    def _target(self, recording: Recording, sensor: str) -> np.ndarray:
+        if self.target == "interference":
+            return labels(recording, sensor)
+        if self.band == "broad":
+            msg = "target 'measured' needs band 'in': the unfiltered reading is nearly all Earth's field"
+            raise DataError(msg)
+        reading = recording[columns.MAG.name(sensor=sensor)]
+        if not np.isfinite(reading).all():
+            when = recording.time_s[np.argmin(np.isfinite(reading))]
+            msg = f"recording {recording.name!r}: scalar magnetometer {sensor!r} is not finite at {when:g} s"
+            raise DataError(msg)
+        return reading
+
+    def _solve(
+        self, recordings: Sequence[Recording], designs: Sequence[Design], targets: Sequence[np.ndarray]
+    ) -> RidgeFit:
+        """Filter and crop, or center, all rows and solve for the coefficients."""
+        if self.band == "broad":
+            matrix = np.concatenate([d.matrix for d in designs])
+            target = np.concatenate(targets)
+            self._check_length(len(target), recordings)
+            return fit_ridge(matrix - matrix.mean(axis=0), target - target.mean())
+        parts = [
+            in_band(np.column_stack([d.matrix, target]), recording.time_s)
+            for recording, d, target in zip(recordings, designs, targets, strict=True)
+        ]
+        rows = np.concatenate(parts)
+        self._check_length(len(rows), recordings)
+        return fit_ridge(rows[:, :-1], rows[:, -1])
+
+    def _check_length(self, rows: int, recordings: Sequence[Recording]) -> None:
+        needed = ROWS_PER_TERM * self.terms
+        if rows < needed:
+            longest = max(float(r.time_s[s.stop - 1] - r.time_s[s.start]) for r in recordings for s in spans(r.time_s))
+            edge = f" after {signals.EDGE_S:g} s at each end of each piece" if self.band == "in" else ""
+            msg = (
+                f"{self.name} needs at least {needed} training rows{edge}, and has {rows}; the longest piece without "
+                f"a gap lasts {longest:g} s"
+            )
+            raise DataError(msg)
+
+    def _offset(self, recordings: Sequence[Recording], designs: Sequence[Design], sensor: str) -> float:
+        """Mean of the labels that the coefficients leave; 0 where there are no labels."""
+        name = columns.INTERFERENCE.name(sensor=sensor)
+        if any(name not in recording for recording in recordings):
+            return 0.0
+        rest = [
+            labels(recording, sensor) - np.einsum("nc,c->n", d.matrix, self.coefficients_)
+            for recording, d in zip(recordings, designs, strict=True)
+        ]
+        return float(np.concatenate(rest).mean())
+
+    def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        values = {
+            "fluxgate": self._inputs.fluxgate,
+            "strength_nt": self._inputs.strength_nt,
+            "offset_nt": self.offset_nt_,
+            "names": list(self._names),
+            "units": list(self._units),
+            # JSON has no infinity
+            "quality": {k: (v if np.isfinite(v) else None) for k, v in self._quality.items()},
+        }
+        return values, {"coefficients": self.coefficients_}
+
+    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        self._inputs = Inputs(values["fluxgate"], self.derivative, values["strength_nt"])
+        self.offset_nt_ = float(values["offset_nt"])
+        self._names, self._units = tuple(values["names"]), tuple(values["units"])
+        self._quality = {k: float("inf") if v is None else float(v) for k, v in values["quality"].items()}
+        self.coefficients_ = np.asarray(arrays["coefficients"], dtype=float)
+        if self.coefficients_.shape != (self.terms,):
+            msg = f"{self.coefficients_.shape} coefficients for {self.terms} terms"
+            raise ValueError(msg)
+
+
+def in_band(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Rows of (n, ...) in 0.1 to 0.6 Hz: each piece filtered by itself, its ends left out.
+
+    Pieces that are shorter than both ends together give no rows.
+    """
+    rate_hz = 1.0 / np.median(np.diff(time_s))
+    parts = [values[:0]]
+    for span in spans(time_s):
+        keep = metrics.crop(time_s[span])
+        if keep.any():
+            parts.append(signals.band_pass(values[span], rate_hz)[keep])
+    return np.concatenate(parts)

@@ -1,0 +1,30 @@
+"""Training of torch modules on arrays: windows, loop, checkpoints. Knows no compensator and no recording."""
+
+from magsim.errors import RequestError
+
+try:
+    import safetensors  # noqa: F401 - checked here, used by the submodules
+    import torch  # noqa: F401
+except ImportError as error:
+    MESSAGE = f"networks need torch and safetensors ({error}): pip install 'magsim[train]'"
+    raise RequestError(MESSAGE) from None
+
+from magsim.training.checkpoint import Checkpoint
+from magsim.training.determinism import reproducible, seeded
+from magsim.training.gradients import project_conflicts
+from magsim.training.loop import Outcome, Plan, Progress, train
+from magsim.training.windows import RandomWindows, overlap_add, starts_of
+
+__all__ = [
+    "Checkpoint",
+    "Outcome",
+    "Plan",
+    "Progress",
+    "RandomWindows",
+    "overlap_add",
+    "project_conflicts",
+    "reproducible",
+    "seeded",
+    "starts_of",
+    "train",
+]
