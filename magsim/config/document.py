@@ -122,7 +122,7 @@ class Document:
 
     def _place(self, found: Sequence[Complaint]) -> list[str]:
         """Lines with their places: first those of the file in its order, then those of overrides."""
-        placed: dict[str, tuple[int, int]] = {}
+        placed: dict[str, tuple[int, int, int]] = {}
         for number, complaint in enumerate(found):
             path = complaint.path
             override = self._override_of(path)
@@ -130,11 +130,11 @@ class Document:
             if override is not None:
                 where = f"--set {keys.show(override.path)}"
                 rest = complaint.text if override.path == path else f"{name}: {complaint.text}"
-                placed.setdefault(f"{where}: {rest}", (2**31, number))
+                placed.setdefault(f"{where}: {rest}", (2**31, self.overrides.index(override), number))
                 continue
             line = self._lines.of(path)
             rest = f"{name}: {complaint.text}" if name else complaint.text
-            placed.setdefault(f"{self.source}:{line}: {rest}", (line, number))
+            placed.setdefault(f"{self.source}:{line}: {rest}", (line, 0, number))
         return sorted(placed, key=placed.__getitem__)
 
     def _override_of(self, path: keys.Path) -> Override | None:
@@ -142,9 +142,13 @@ class Document:
         for override in reversed(self.overrides):
             if path[: len(override.path)] == override.path:
                 return override
-        if path and path not in self._lines:
-            # a key that only exists because an override set something below it
-            return next((o for o in self.overrides if o.path[: len(path)] == path), None)
+        # a key that is not in the text belongs to an override that set something below it, or beside it in a new table
+        for length in range(len(path), 0, -1):
+            if path[:length] in self._lines:
+                break
+            for override in self.overrides:
+                if override.path[:length] == path[:length]:
+                    return override
         return None
 
 
