@@ -155,6 +155,7 @@ class Aero(Strict):
     """Constants of the formulas that turn geometry into stability derivatives, and what they do not give."""
 
     lift_at_zero_alpha: Number
+    lift_linear_range: AngleRange
     lift_curve: CurveFact
     oswald_efficiency: Number
     sideslip_drag: Number

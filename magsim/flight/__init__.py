@@ -1,0 +1,279 @@
+"""Flying: a scenario and its aircraft become a flight.
+
+``plant`` is the flight model (JSBSim), ``autopilot`` its loops, ``guidance`` the pilot's eye on the line, ``patterns``
+the lines, ``maneuvers`` the swings; ``fly`` joins them.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import jsbsim
+import numpy as np
+
+from magsim.aircraft import Aircraft, Facts
+from magsim.errors import DataError, RequestError
+from magsim.flight.calibration import loop_response
+from magsim.flight.guidance import TICK_HZ, Crossing
+from magsim.flight.maneuvers import UNITY, Sweep, measure
+from magsim.flight.patterns import Element, LocalPlane, length_of, path_of
+from magsim.flight.pilot import Log, Pilot, on_clock
+from magsim.flight.plant import (
+    INTEGRATORS,
+    FlightTroubleError,
+    Setup,
+    bare_steps,
+    ground_speed,
+)
+from magsim.scenario import Scenario
+from magsim.streams import integer_seed
+from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
+
+__all__ = ["bare_run", "fly"]
+
+MARGIN_S = 4.0
+"""Flown and logged before the first row and after the last, for the run-in of filters."""
+
+
+def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], None] | None = None) -> Flight:
+    """Fly a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    aircraft : Aircraft
+        The one that the scenario names.
+    progress : callable, optional
+        Called with the part that is done, 0 to 1.
+
+    Returns
+    -------
+    Flight
+        Logged at ``scenario.flight.log_hz``, from 4 s before the first row to 4 s after the last.
+
+    Raises
+    ------
+    RequestError
+        If the pattern or its maneuvers do not fit the wind and the speed.
+    DataError
+        If the flight diverges, stalls, touches the ground or does not come to its end.
+    """
+    plane, path, setup = _plan(scenario, aircraft.facts)
+    _check_wind(scenario, path)
+    axes = tuple(dict.fromkeys(train.axis for train in scenario.pattern.maneuvers))
+    response = UNITY
+    if axes:
+        response = loop_response(aircraft.facts, axes, setup.speed_mps, setup.alt_m, setup.step_hz)
+    warmup_s, log_hz = scenario.flight.warmup_s, scenario.flight.log_hz
+    first_speed = ground_speed(setup.speed_mps, setup.course, setup.wind_mps)
+    pilot = Pilot(
+        aircraft.facts,
+        setup,
+        plane,
+        path,
+        -warmup_s * first_speed,
+        log_hz,
+        response,
+        pattern=scenario.pattern,
+    )
+    expected_s = warmup_s + _flying_time(scenario, path) + MARGIN_S
+    tick = None if progress is None else _progress(progress, expected_s)
+    try:
+        log = pilot.fly(_finished(expected_s), tick)
+    except FlightTroubleError as error:
+        raise DataError(error.told(error.time_s - warmup_s)) from None
+    if progress is not None:
+        progress(1.0)
+    return _flight(scenario, aircraft, pilot, log, path, response.arrays() if axes else {})
+
+
+def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
+    """Step the same flight model at the same rate for a time and do nothing else: the yardstick of speed."""
+    _, _, setup = _plan(scenario, aircraft.facts)
+    bare_steps(aircraft.facts, setup, round(duration_s * setup.step_hz))
+
+
+def _plan(scenario: Scenario, facts: Facts) -> tuple[LocalPlane, tuple[Element, ...], Setup]:
+    """The path, and a start on its first leg's course that is one warm-up before its beginning."""
+    start, air = scenario.start, scenario.air
+    plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
+    wind = (air.wind_north_mps, air.wind_east_mps)
+    fastest = start.speed_mps + math.hypot(*wind)
+    path = path_of(scenario.pattern, start.heading_deg, fastest, facts.autopilot.bank_ease.value)
+    course = math.radians(start.heading_deg)
+    before = path[0].at(-scenario.flight.warmup_s * ground_speed(start.speed_mps, course, wind))
+    lat, lon = plane.geodetic(before.north_m, before.east_m)
+    setup = Setup(
+        lat_rad=lat,
+        lon_rad=lon,
+        alt_m=start.alt_m,
+        course=course,
+        speed_mps=start.speed_mps,
+        wind_mps=wind,
+        turbulence_severity=air.turbulence_severity,
+        turbulence_seed=integer_seed(scenario.seed, "turbulence"),
+        step_hz=scenario.flight.step_hz,
+    )
+    return plane, path, setup
+
+
+def _leg_time(scenario: Scenario, element: Element) -> float:
+    wind = (scenario.air.wind_north_mps, scenario.air.wind_east_mps)
+    speed = ground_speed(scenario.start.speed_mps, math.radians(element.heading_deg), wind)
+    return element.length_m / max(1.0, speed)
+
+
+def _flying_time(scenario: Scenario, path: Sequence[Element]) -> float:
+    """Time that a path takes, turns at the airspeed less half of the wind [s]."""
+    wind = math.hypot(scenario.air.wind_north_mps, scenario.air.wind_east_mps)
+    turning = max(1.0, scenario.start.speed_mps - 0.5 * wind)
+    legs = math.fsum(_leg_time(scenario, element) for element in path if not element.turn)
+    return legs + length_of([element for element in path if element.turn]) / turning
+
+
+def _check_wind(scenario: Scenario, path: Sequence[Element]) -> None:
+    """Trains must end before their leg does, at the speed over ground that the wind leaves."""
+    pattern = scenario.pattern
+    for index, element in enumerate(element for element in path if not element.turn):
+        needed = pattern.lead_s + math.fsum(train.duration(index) for train in pattern.maneuvers)
+        rest = pattern.maneuvers[-1].rest_s if pattern.maneuvers else 0.0
+        available = _leg_time(scenario, element)
+        if needed - rest > available:
+            msg = (
+                f"pattern.maneuvers: with the wind of [air], leg {element.leg} of circuit {element.circuit} is flown "
+                f"in {available:.0f} s, but its maneuvers need {needed - rest:.0f} s; allowed: shorter trains, longer "
+                "legs or less wind"
+            )
+            raise RequestError(msg)
+
+
+def _finished(expected_s: float) -> Callable[[Pilot], bool]:
+    """Say when a run is over: a margin after the end of its path."""
+    longest = 1.3 * expected_s + 60.0
+
+    def finished(pilot: Pilot) -> bool:
+        end, now = pilot.guidance.finished_s, pilot.plant.time_s
+        if end is None and now > longest:
+            msg = f"the flight did not come to the end of its pattern in {longest:.0f} s"
+            raise DataError(msg)
+        return end is not None and now >= end + MARGIN_S + 1.0 / TICK_HZ
+
+    return finished
+
+
+def _progress(progress: Callable[[float], None], expected_s: float) -> Callable[[Pilot], None]:
+    """Report about two hundred times in a flight."""
+    every = max(1, round(expected_s * TICK_HZ / 200.0))
+    count = 0
+
+    def tick(pilot: Pilot) -> None:
+        nonlocal count
+        count += 1
+        if count % every == 0:
+            progress(min(0.999, pilot.plant.time_s / expected_s))
+
+    return tick
+
+
+def _flight(
+    scenario: Scenario,
+    aircraft: Aircraft,
+    pilot: Pilot,
+    log: Log,
+    path: Sequence[Element],
+    response: dict[str, np.ndarray],
+) -> Flight:
+    """Cut the log and tell what was flown."""
+    crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
+    log_hz, rate_hz = scenario.flight.log_hz, scenario.recording.rate_hz
+    zero = round(crossings[0].time_s * log_hz) / log_hz
+    log = log.cut(zero - MARGIN_S, end + MARGIN_S, zero)
+    carrier = log.trajectory(aircraft.facts.cg_b)
+    duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
+    segments = _segments(crossings, path, zero, end, carrier)
+    sweeps = [on_clock(sweep, zero) for sweep in pilot.sweeps]
+    _check_sweeps(sweeps, segments)
+    maneuvers = tuple(measure(sweep, carrier)[0] for sweep in sweeps)
+    return Flight(
+        carrier=carrier,
+        duration_s=duration,
+        simulation_rate_hz=float(scenario.flight.step_hz),
+        controls=log.controls(),
+        segments=segments,
+        maneuvers=maneuvers,
+        notes={
+            "jsbsim": str(jsbsim.__version__),
+            "integrators": dict(INTEGRATORS),
+            "step_hz": scenario.flight.step_hz,
+            "log_hz": log_hz,
+            "warmup_s": scenario.flight.warmup_s,
+            "mass_kg": aircraft.facts.mass.mass.value,
+            "loop_response": {name: values.tolist() for name, values in response.items()},
+            **_pattern_notes(scenario, carrier, segments, maneuvers),
+        },
+    )
+
+
+def _segments(
+    crossings: Sequence[Crossing], path: Sequence[Element], zero_s: float, end_s: float, carrier: Trajectory
+) -> tuple[Segment, ...]:
+    """Legs and turns with the times at which they were entered; the straights of a leaf belong to its turn."""
+    times = [0.0, *(crossing.time_s - zero_s for crossing in crossings[1:]), end_s - zero_s]
+    speed = np.hypot(carrier.velocity_n[:, 0], carrier.velocity_n[:, 1])
+    flown = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(carrier.time_s))])
+    out: list[Segment] = []
+    for i, element in enumerate(path):
+        label = (element.circuit, element.leg, element.turn, element.heading_deg)
+        start = times[i]
+        if out and (out[-1].circuit, out[-1].leg, out[-1].turn) == label[:3]:
+            start = out.pop().start_s
+        first, last = np.interp([start, times[i + 1]], carrier.time_s, flown)
+        out.append(Segment(*label, start_s=start, stop_s=times[i + 1], length_m=float(last - first)))
+    return tuple(out)
+
+
+def _check_sweeps(sweeps: Sequence[Sweep], segments: Sequence[Segment]) -> None:
+    """A train that was still flying when its leg ended is no maneuver of that leg."""
+    ends = {(s.circuit, s.leg): s.stop_s for s in segments if not s.turn}
+    for sweep in sweeps:
+        late = sweep.stop_s - ends[sweep.circuit, sweep.leg]
+        if late > 0.0:
+            msg = (
+                f"the {sweep.axis} maneuver of leg {sweep.leg}, circuit {sweep.circuit} was still flown {late:.1f} s "
+                "after its leg had ended; allowed: shorter trains or longer legs"
+            )
+            raise DataError(msg)
+
+
+def _pattern_notes(
+    scenario: Scenario, carrier: Trajectory, segments: Sequence[Segment], maneuvers: Sequence[ManeuverFlown]
+) -> dict[str, object]:
+    """How well the pattern was met: closure of circuits, misses of the center, worst amplitudes."""
+    plane = LocalPlane(math.radians(scenario.start.lat_deg), math.radians(scenario.start.lon_deg), scenario.start.alt_m)
+
+    def place(time_s: float) -> np.ndarray:
+        at = carrier.at(np.array([time_s]))
+        return np.array(plane.place(float(at.lat_rad[0]), float(at.lon_rad[0])))
+
+    notes: dict[str, object] = {}
+    if scenario.pattern.kind == "box":
+        closures = []
+        for circuit in range(1, scenario.pattern.circuits + 1):
+            own = [segment for segment in segments if segment.circuit == circuit]
+            closures.append(float(np.hypot(*(place(own[-1].stop_s) - place(own[0].start_s)))))
+        notes["closure_m"] = closures
+    else:
+        notes["center_miss_m"] = [_miss(carrier, plane, segment) for segment in segments if not segment.turn]
+    for axis in dict.fromkeys(maneuver.axis for maneuver in maneuvers):
+        wrong = [abs(m.flown_deg - m.asked_deg) for m in maneuvers if m.axis == axis]
+        notes[f"worst_{axis}_amplitude_error_deg"] = max(wrong)
+    return notes
+
+
+def _miss(carrier: Trajectory, plane: LocalPlane, segment: Segment) -> float:
+    """Smallest distance from the plane's origin during a pass [m]."""
+    rows = np.flatnonzero((carrier.time_s >= segment.start_s) & (carrier.time_s <= segment.stop_s))
+    places = np.array([plane.place(float(carrier.lat_rad[i]), float(carrier.lon_rad[i])) for i in rows])
+    nearest = int(np.argmin(np.hypot(places[:, 0], places[:, 1])))
+    steps = places[min(nearest + 1, len(rows) - 1)] - places[max(nearest - 1, 0)]
+    # Between two rows the pass is straight: the distance of the origin from that line.
+    return float(abs(places[nearest, 0] * steps[1] - places[nearest, 1] * steps[0]) / np.hypot(*steps))

@@ -1,0 +1,175 @@
+"""Following a path ten times a second: place, course and curvature to heading and bank.
+
+The course error is added to the heading, so the aircraft crabs into the wind by itself; turns are led by the bank that
+the path's curvature needs, one delay ahead. While a roll train swings the course, the swing that a coordinated turn
+would give is taken out of the errors, so that the guidance works on the rest alone; while a yaw train swings the nose,
+its mean heading is held.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from magsim.aircraft.facts import Facts
+from magsim.flight.maneuvers import Sweep
+from magsim.flight.patterns import Element
+from magsim.units import G0
+
+TICK_HZ = 10
+QUIET_GAIN, QUIET_OMEGA = 0.5, 0.2
+"""The course loop during a roll train: at most this part of its gain, and of the train's angular frequency."""
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """The moment at which an element of the path was entered."""
+
+    index: int
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Place and velocity in the plane, heading and airspeed."""
+
+    north_m: float
+    east_m: float
+    v_north: float
+    v_east: float
+    heading: float
+    airspeed: float
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the autopilot is told."""
+
+    heading: float
+    bank: float
+    hold_heading: bool
+    hold_yaw: bool
+    hold_height: bool
+
+
+def wrap(angle: float) -> float:
+    """An angle [rad] in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+class Guidance:
+    """Keeps the place along a path and steers to it.
+
+    Parameters
+    ----------
+    path : sequence of Element
+    facts : Facts
+    along_m : float
+        Where on the first element the flight begins; negative is before it.
+    """
+
+    def __init__(self, path: Sequence[Element], facts: Facts, along_m: float) -> None:
+        gains = facts.autopilot
+        self._path = path
+        self._course_gain = gains.course.value
+        self._line_s = gains.line.value
+        self._intercept = gains.intercept_limit.value
+        self._lead_s = gains.bank_lag.value
+        self._held: float | None = None
+        self._swing_course, self._swing_off_m = 0.0, 0.0
+        self._off_m = 0.0
+        self.index = 0
+        self.along_m = along_m
+        self.crossings: list[Crossing] = []
+        self.finished_s: float | None = None
+
+    @property
+    def off_m(self) -> float:
+        """Distance from the path at the last tick, positive to the right [m]."""
+        return self._off_m
+
+    def step(self, time_s: float, motion: Motion, sweeps: Sequence[Sweep]) -> Order:
+        """Steer for the next tick.
+
+        Parameters
+        ----------
+        time_s : float
+        motion : Motion
+        sweeps : sequence of Sweep
+            Trains whose generators are at work now.
+        """
+        speed = math.hypot(motion.v_north, motion.v_east)
+        self._advance(time_s, motion, speed)
+        place = self._path[self.index].at(self.along_m)
+        axes = {sweep.axis for sweep in sweeps}
+        self._swing(time_s, speed, [sweep for sweep in sweeps if sweep.axis == "roll"])
+        gain = self._course_gain
+        if "roll" in axes:
+            slowest = min(sweep.omega for sweep in sweeps if sweep.axis == "roll")
+            gain = min(QUIET_GAIN * gain, QUIET_OMEGA * slowest)
+        error = self._course_error(place.course, speed, motion, self._line_s * self._course_gain / gain)
+        lead, hold_height = self._lead_bank(speed, motion), "pitch" not in axes
+        if "yaw" in axes:
+            if self._held is None:
+                self._held = motion.heading + error
+            return Order(self._held % (2.0 * math.pi), 0.0, False, True, hold_height)
+        self._held = None
+        if "roll" in axes:
+            bank = lead + gain * motion.airspeed / G0 * (error + self._swing_course)
+            return Order(motion.heading % (2.0 * math.pi), bank, False, False, hold_height)
+        # The set point stands still for a tick while the heading turns: give it the turn of half a tick.
+        ahead = 0.5 / TICK_HZ * speed * place.curvature
+        return Order((motion.heading + error + ahead) % (2.0 * math.pi), lead, True, False, hold_height)
+
+    def _swing(self, time_s: float, speed: float, sweeps: Sequence[Sweep]) -> None:
+        """Course and distance from the path that a roll train alone makes: turn rate g tan(bank) / V, integrated."""
+        if not sweeps:
+            self._swing_course, self._swing_off_m = 0.0, 0.0
+            return
+        step_s = 1.0 / TICK_HZ
+        bank = math.fsum(sweep.angle(time_s - 0.5 * step_s) for sweep in sweeps)
+        before = self._swing_course
+        self._swing_course += step_s * G0 * math.tan(bank) / speed
+        self._swing_off_m += step_s * speed * math.sin(0.5 * (before + self._swing_course))
+
+    def _advance(self, time_s: float, motion: Motion, speed: float) -> None:
+        """Move along the path to the foot of the aircraft; note elements that were entered."""
+        self.along_m += speed / TICK_HZ
+        while True:
+            element = self._path[self.index]
+            for _ in range(2):
+                place = element.at(self.along_m)
+                sin, cos = math.sin(place.course), math.cos(place.course)
+                north, east = motion.north_m - place.north_m, motion.east_m - place.east_m
+                along, self._off_m = north * cos + east * sin, east * cos - north * sin
+                self.along_m += along / max(0.2, 1.0 - place.curvature * self._off_m)
+            if not self.crossings and self.along_m >= 0.0:
+                self.crossings.append(Crossing(0, time_s - self.along_m / speed))
+            if self.along_m < element.length_m:
+                return
+            crossed_s = time_s - (self.along_m - element.length_m) / speed
+            if self.index + 1 == len(self._path):
+                if self.finished_s is None:
+                    self.finished_s = crossed_s
+                return
+            self.along_m -= element.length_m
+            self.index += 1
+            self.crossings.append(Crossing(self.index, crossed_s))
+
+    def _course_error(self, course: float, speed: float, motion: Motion, line_s: float) -> float:
+        """Turn to the course [rad] that closes the distance from the path in a time."""
+        back = math.atan((self._off_m - self._swing_off_m) / (speed * line_s))
+        wanted = course - max(-self._intercept, min(self._intercept, back))
+        return wrap(wanted - math.atan2(motion.v_east, motion.v_north))
+
+    def _lead_bank(self, speed: float, motion: Motion) -> float:
+        """Bank of the curvature one roll delay ahead: V_ground^2 / (R g), over the cosine of the crab angle."""
+        ahead = self.along_m + speed * self._lead_s
+        index = self.index
+        while ahead > self._path[index].length_m and index + 1 < len(self._path):
+            ahead -= self._path[index].length_m
+            index += 1
+        curvature = self._path[index].at(ahead).curvature
+        if curvature == 0.0:
+            return 0.0
+        crab = wrap(math.atan2(motion.v_east, motion.v_north) - motion.heading)
+        return math.atan(speed**2 * curvature / (G0 * math.cos(crab)))

@@ -1,0 +1,234 @@
+"""Facts -> flight model of JSBSim: the XML of airframe and engine. The autopilot's XML is in ``autopilot``.
+
+The XML is written into a temporary folder when a flight model is loaded and never kept. Beside ``plant`` this is the
+only place with feet, slugs, pounds and names of JSBSim's.
+
+JSBSim's structural frame is x aft, y right, z up in inches, from the manufacturer's datum; ``inches_from_body`` and
+``body_from_inches`` are the only bridge between it and body axes.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from magsim.aircraft.facts import Facts
+from magsim.flight.aero import derivatives, inertia, lift_curve
+from magsim.flight.autopilot import system_xml
+from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
+
+ENGINE, THRUSTER, SYSTEM = "engine", "thruster", "survey_autopilot"
+FUEL_LB = 100.0
+"""Fuel that keeps the engine alive; consumption is frozen, so mass and center of gravity stay."""
+
+
+def inches_from_body(position_b: Sequence[float], facts: Facts) -> tuple[float, float, float]:
+    """Structural coordinates [in] (x aft, y right, z up) of a place in body axes, (3,) [m] from the datum."""
+    datum = facts.datum
+    return (
+        (datum.station.value - position_b[0]) / INCH,
+        (datum.buttline.value + position_b[1]) / INCH,
+        (datum.waterline.value - position_b[2]) / INCH,
+    )
+
+
+def body_from_inches(position_in: Sequence[float], facts: Facts) -> tuple[float, float, float]:
+    """Body axes from the datum, (3,) [m], of a place in structural coordinates [in]."""
+    datum = facts.datum
+    return (
+        datum.station.value - position_in[0] * INCH,
+        position_in[1] * INCH - datum.buttline.value,
+        datum.waterline.value - position_in[2] * INCH,
+    )
+
+
+def write_model(facts: Facts, folder: Path, name: str) -> None:
+    """Write ``aircraft/<name>/<name>.xml``, engine and system below a folder, as JSBSim looks for them."""
+    files = {
+        f"aircraft/{name}/{name}.xml": airframe_xml(facts, name),
+        f"engine/{ENGINE}.xml": engine_xml(facts),
+        f"engine/{THRUSTER}.xml": f'<?xml version="1.0"?>\n<direct name="{THRUSTER}"/>\n',
+        f"systems/{SYSTEM}.xml": system_xml(facts),
+    }
+    for path, text in files.items():
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8")
+
+
+def airframe_xml(facts: Facts, name: str) -> str:
+    """The airframe: metrics, mass, wheels, engine, aerodynamics."""
+    geometry = facts.geometry
+    cg = _location("CG", facts.cg_b, facts)
+    moments = inertia(facts)
+    return f"""<?xml version="1.0"?>
+<fdm_config name="{name}" version="2.0" release="BETA">
+ <fileheader><author>magsim</author><description>{name}, generated from facts.toml</description></fileheader>
+ <metrics>
+  <wingarea unit="FT2">{geometry.wing_area.value / FT**2!r}</wingarea>
+  <wingspan unit="FT">{geometry.span.value / FT!r}</wingspan>
+  <chord unit="FT">{geometry.mean_chord.value / FT!r}</chord>
+  <htailarea unit="FT2">{geometry.tailplane_area.value / FT**2!r}</htailarea>
+  <htailarm unit="FT">{geometry.tailplane_arm.value / FT!r}</htailarm>
+  <vtailarea unit="FT2">{geometry.fin_area.value / FT**2!r}</vtailarea>
+  <vtailarm unit="FT">{geometry.fin_arm.value / FT!r}</vtailarm>
+  {_location("AERORP", facts.cg_b, facts)}
+  {_location("EYEPOINT", facts.cg_b, facts)}
+  {_location("VRP", facts.cg_b, facts)}
+ </metrics>
+ <mass_balance>
+  <ixx unit="SLUG*FT2">{moments.xx / SLUG_FT2!r}</ixx>
+  <iyy unit="SLUG*FT2">{moments.yy / SLUG_FT2!r}</iyy>
+  <izz unit="SLUG*FT2">{moments.zz / SLUG_FT2!r}</izz>
+  <ixz unit="SLUG*FT2">{moments.xz / SLUG_FT2!r}</ixz>
+  <emptywt unit="LBS">{facts.mass.mass.value / LB - FUEL_LB!r}</emptywt>
+  {cg}
+ </mass_balance>
+ <ground_reactions>
+{"".join(_wheel_xml(i, wheel.value, facts) for i, wheel in enumerate(geometry.wheels))} </ground_reactions>
+ <propulsion>
+  <engine file="{ENGINE}">
+   <thruster file="{THRUSTER}">
+    {_location("", facts.engine.position.value, facts)}
+    <orient unit="DEG"><roll>0</roll><pitch>0</pitch><yaw>0</yaw></orient>
+   </thruster>
+   <feed>0</feed>
+  </engine>
+  <tank type="FUEL">
+   {_location("", facts.cg_b, facts)}
+   <capacity unit="LBS">{FUEL_LB!r}</capacity> <contents unit="LBS">{FUEL_LB!r}</contents>
+  </tank>
+ </propulsion>
+ <system file="{SYSTEM}"/>
+{_aerodynamics_xml(facts)}</fdm_config>
+"""
+
+
+def engine_xml(facts: Facts) -> str:
+    """Direct thrust: the lesser of static thrust and propeller power over speed, times a factor of height.
+
+    A turbine of JSBSim's with its thrust table, because that one can be trimmed.
+    """
+    engine = facts.engine
+    power, static = engine.power.value * engine.propeller_efficiency.value, engine.static_thrust.value
+    speeds = [0.0, *(power / static * step for step in (1.0, 1.1, 1.2, 1.35, 1.5, 1.7, 1.9, 2.2, 2.6, 3.2, 4.0))]
+    rows = "".join(f"     {v / FT!r} {min(1.0, power / max(v, 1.0) / static)!r}\n" for v in speeds)
+    factors = zip(engine.height_factor.at, engine.height_factor.value, strict=True)
+    heights = "".join(f"     {height / FT!r} {factor!r}\n" for height, factor in factors)
+    return f"""<?xml version="1.0"?>
+<turbine_engine name="{ENGINE}">
+ <milthrust unit="LBS">{static / LBF!r}</milthrust>
+ <bypassratio>0.0</bypassratio> <tsfc>0.6</tsfc> <bleed>0.0</bleed>
+ <idlen1>30.0</idlen1> <idlen2>60.0</idlen2> <maxn1>100.0</maxn1> <maxn2>100.0</maxn2>
+ <augmented>0</augmented> <injected>0</injected>
+ <function name="IdleThrust"><value>0.0</value></function>
+ <function name="MilThrust">
+  <product>
+   <table>
+    <independentVar lookup="row">velocities/vt-fps</independentVar>
+    <tableData>
+{rows}    </tableData>
+   </table>
+   <table>
+    <independentVar lookup="row">position/h-sl-ft</independentVar>
+    <tableData>
+{heights}    </tableData>
+   </table>
+  </product>
+ </function>
+</turbine_engine>
+"""
+
+
+def _location(name: str, position_b: Sequence[float], facts: Facts) -> str:
+    x, y, z = inches_from_body(position_b, facts)
+    title = f' name="{name}"' if name else ""
+    return f'<location{title} unit="IN"><x>{x!r}</x><y>{y!r}</y><z>{z!r}</z></location>'
+
+
+def _wheel_xml(index: int, position_b: Sequence[float], facts: Facts) -> str:
+    """A wheel that holds a third of the weight at about 0.1 m of travel; only contact is of interest."""
+    stiffness = facts.mass.mass.value * 9.81 / 3.0 / 0.1 * FT / LBF
+    return f"""  <contact type="BOGEY" name="wheel {index}">
+   {_location("", position_b, facts)}
+   <static_friction>0.8</static_friction><dynamic_friction>0.5</dynamic_friction>
+   <rolling_friction>0.02</rolling_friction>
+   <spring_coeff unit="LBS/FT">{stiffness!r}</spring_coeff>
+   <damping_coeff unit="LBS/FT/SEC">{0.2 * stiffness!r}</damping_coeff>
+   <max_steer unit="DEG">0</max_steer><brake_group>NONE</brake_group><retractable>0</retractable>
+  </contact>
+"""
+
+
+def _aerodynamics_xml(facts: Facts) -> str:
+    """Forces and moments, each axis one function: a sum of terms times dynamic pressure and reference sizes."""
+    d = derivatives(facts)
+    alpha, beta = "aero/alpha-rad", "aero/beta-rad"
+    elevator, aileron, rudder = "fcs/elevator-pos-rad", "fcs/left-aileron-pos-rad", "fcs/rudder-pos-rad"
+    p, q, r = "velocities/p-aero-rad_sec", "velocities/q-aero-rad_sec", "velocities/r-aero-rad_sec"
+    alphadot = "aero/alphadot-rad_sec"
+    chord, span = "metrics/cbarw-ft", "metrics/bw-ft"
+    per_chord, per_span = "aero/ci2vel", "aero/bi2vel"
+    curve = "".join(f"      {a!r} {value!r}\n" for a, value in lift_curve(facts))
+    lift = f"""   <function name="aero/coefficient/cl-alpha">
+     <table><independentVar lookup="row">{alpha}</independentVar><tableData>
+{curve}     </tableData></table>
+   </function>
+"""
+    drag_terms = (
+        f"<value>{d.cd_0!r}</value>"
+        f"<product><value>{d.cd_lift!r}</value><property>aero/coefficient/cl-alpha</property>"
+        "<property>aero/coefficient/cl-alpha</property></product>"
+        f"<product><value>{d.cd_sideslip!r}</value><abs><property>{beta}</property></abs></product>"
+    )
+    # Rates come first with their reference length, so that each group is multiplied once.
+    lift_terms = (
+        "<property>aero/coefficient/cl-alpha</property>"
+        + _rates(per_chord, (d.cl_q, q), (d.cl_alphadot, alphadot))
+        + _term(d.cl_elevator, elevator)
+    )
+    pitch_terms = (
+        f"<value>{d.cm_0!r}</value>"
+        + _term(d.cm_alpha, alpha)
+        + _rates(per_chord, (d.cm_q, q), (d.cm_alphadot, alphadot))
+        + _term(d.cm_elevator, elevator)
+    )
+    side_terms = _term(d.cy_beta, beta) + _rates(per_span, (d.cy_p, p), (d.cy_r, r)) + _term(d.cy_rudder, rudder)
+    roll_terms = (
+        _term(d.roll_beta, beta)
+        + _rates(per_span, (d.roll_p, p), (d.roll_r, r))
+        + _term(d.roll_aileron, aileron)
+        + _term(d.roll_rudder, rudder)
+    )
+    yaw_terms = (
+        _term(d.yaw_beta, beta)
+        + _rates(per_span, (d.yaw_p, p), (d.yaw_r, r))
+        + _term(d.yaw_aileron, aileron)
+        + _term(d.yaw_rudder, rudder)
+    )
+    return (
+        " <aerodynamics>\n"
+        + lift
+        + _axis("DRAG", "", drag_terms)
+        + _axis("SIDE", "", side_terms)
+        + _axis("LIFT", "", lift_terms)
+        + _axis("ROLL", span, roll_terms)
+        + _axis("PITCH", chord, pitch_terms)
+        + _axis("YAW", span, yaw_terms)
+        + " </aerodynamics>\n"
+    )
+
+
+def _term(coefficient: float, name: str) -> str:
+    return f"<product><value>{coefficient!r}</value><property>{name}</property></product>"
+
+
+def _rates(scale: str, *terms: tuple[float, str]) -> str:
+    return f"<product><property>{scale}</property><sum>{''.join(_term(c, n) for c, n in terms)}</sum></product>"
+
+
+def _axis(axis: str, length: str, terms: str) -> str:
+    reference = f"<property>{length}</property>" if length else ""
+    return (
+        f'  <axis name="{axis}"><function name="aero/total/{axis.lower()}"><product>'
+        f"<property>aero/qbar-psf</property><property>metrics/Sw-sqft</property>{reference}<sum>{terms}</sum>"
+        "</product></function></axis>\n"
+    )

@@ -1,0 +1,198 @@
+"""One run of a plant along a path: guidance ten times a second, maneuvers on time, a log of every row."""
+
+import math
+from array import array
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from magsim.aircraft.facts import Facts
+from magsim.earth.wgs84 import radii_of_curvature
+from magsim.flight.autopilot import Sine
+from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order
+from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
+from magsim.flight.patterns import Element, LocalPlane
+from magsim.flight.plant import CHANNELS, COLUMN, Plant, Setup
+from magsim.frames import rot_nb_from_attitude, rotate_back
+from magsim.scenario import PatternBase
+from magsim.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Log:
+    """Rows of a run in SI units on the plant's clock; a column for each of ``CHANNELS``."""
+
+    time_s: np.ndarray
+    table: np.ndarray
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.table[:, COLUMN[name]]
+
+    def cut(self, start_s: float, stop_s: float, zero_s: float) -> "Log":
+        """Rows from start to stop, with the time counted from ``zero_s``."""
+        rows = (self.time_s >= start_s - 1e-9) & (self.time_s <= stop_s + 1e-9)
+        return Log(self.time_s[rows] - zero_s, self.table[rows])
+
+    def trajectory(self, cg_b: Sequence[float]) -> Trajectory:
+        """The motion of the center of gravity."""
+        attitude = np.stack([self["roll"], self["pitch"], np.unwrap(self["heading"])], axis=-1)
+        velocity_n = np.stack([self["v_north"], self["v_east"], self["v_down"]], axis=-1)
+        rate_e = np.stack([self["p"], self["q"], self["r"]], axis=-1)
+        # JSBSim's rates are relative to the turning Earth; the local frame turns with the motion over it.
+        turning_n = transport_rate(self["lat"], self["alt"], velocity_n)
+        return Trajectory(
+            time_s=self.time_s,
+            lat_rad=self["lat"],
+            lon_rad=np.unwrap(self["lon"]),
+            alt_m=self["alt"],
+            velocity_n=velocity_n,
+            attitude=attitude,
+            rate_b=rate_e - rotate_back(rot_nb_from_attitude(attitude), turning_n),
+            reference_b=np.array(cg_b),
+        )
+
+    def controls(self) -> dict[str, np.ndarray]:
+        """Deflections [rad] by the right-hand rule about +y, for the rudder about +z; the flaps stay up."""
+        left = self["aileron"]
+        deflections = {
+            "elevator": self["elevator"],
+            "aileron_left": left,
+            "aileron_right": -left,
+            "rudder": self["rudder"],
+            "flap": np.zeros_like(left),
+        }
+        for values in deflections.values():
+            values.flags.writeable = False
+        return deflections
+
+
+def transport_rate(lat_rad: np.ndarray, alt_m: np.ndarray, velocity_n: np.ndarray) -> np.ndarray:
+    """Angular rate of the local frame over the Earth, (n, 3) [rad/s] (Groves, Principles of GNSS, eq. 5.44)."""
+    meridian, normal = radii_of_curvature(lat_rad)
+    north, east = velocity_n[:, 0], velocity_n[:, 1]
+    along = east / (normal + alt_m)
+    return np.stack([along, -north / (meridian + alt_m), -along * np.tan(lat_rad)], axis=-1)
+
+
+class Pilot:
+    """Flies a plant along a path.
+
+    Parameters
+    ----------
+    facts : Facts
+    setup : Setup
+    plane : LocalPlane
+        In which the path lies.
+    path : sequence of Element
+    along_m : float
+        Where on the path's first element the plant begins, negative before it.
+    log_hz : int
+    response : LoopResponse
+        What the loops make of a sine; the generators are asked for its inverse.
+    pattern : PatternBase, optional
+        Whose maneuvers are flown on each leg.
+    sweeps : sequence of Sweep
+        Trains at given times of the plant, for calibration.
+    """
+
+    def __init__(
+        self,
+        facts: Facts,
+        setup: Setup,
+        plane: LocalPlane,
+        path: Sequence[Element],
+        along_m: float,
+        log_hz: int,
+        response: LoopResponse,
+        pattern: PatternBase | None = None,
+        sweeps: Sequence[Sweep] = (),
+    ) -> None:
+        self.plant = Plant(facts, setup)
+        self.guidance = Guidance(path, facts, along_m)
+        self.sweeps: list[Sweep] = list(sweeps)
+        self._waiting: list[Sweep] = list(sweeps)
+        self._flying: list[Sweep] = []
+        self._plane, self._path, self._pattern = plane, path, pattern
+        self._response = response
+        self._log_hz = log_hz
+        self._steps_per_row = setup.step_hz // log_hz
+        self._rows = array("d", self.plant.row)
+        self._seen = 0
+        self._legs = 0
+        self._ordered: Order | None = None
+
+    def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
+        """Fly until ``done`` says so; ``tick`` is called after every tick of the guidance."""
+        rows_per_tick = self._log_hz // TICK_HZ
+        run, steps, rows = self.plant.run, self._steps_per_row, self._rows
+        self._guide()
+        while not done(self):
+            for _ in range(rows_per_tick):
+                rows.extend(run(steps))
+            self._guide()
+            if tick is not None:
+                tick(self)
+        table = np.frombuffer(rows, dtype=float).reshape(-1, len(CHANNELS))
+        return Log(np.arange(len(table)) / self._log_hz, table)
+
+    def _guide(self) -> None:
+        row, time = self.plant.row, self.plant.time_s
+        lat, lon, heading = row[COLUMN["lat"]], row[COLUMN["lon"]], row[COLUMN["heading"]]
+        place = self._plane.motion(lat, lon, row[COLUMN["v_north"]], row[COLUMN["v_east"]])
+        self._start_sweeps(time)
+        self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
+        motion = Motion(*place, heading, row[COLUMN["airspeed"]])
+        order = self.guidance.step(time, motion, self._flying)
+        self._plan_legs(self.guidance.crossings)
+        self._give(order)
+
+    def _give(self, order: Order) -> None:
+        """Write what has changed."""
+        command, old = self.plant.command, self._ordered
+        command("ap/heading-rad", order.heading)
+        if old is None or order.bank != old.bank:
+            command("ap/bank-rad", order.bank)
+        if old is None or (order.hold_heading, order.hold_yaw, order.hold_height) != (
+            old.hold_heading,
+            old.hold_yaw,
+            old.hold_height,
+        ):
+            command("ap/hold-heading", float(order.hold_heading))
+            command("ap/hold-yaw", float(order.hold_yaw))
+            command("ap/hold-height", float(order.hold_height))
+        self._ordered = order
+
+    def _plan_legs(self, crossings: Sequence[Crossing]) -> None:
+        """Plan the trains of a leg when it has been entered."""
+        while self._seen < len(crossings):
+            crossing = crossings[self._seen]
+            self._seen += 1
+            element = self._path[crossing.index]
+            if self._pattern is None or element.turn:
+                continue
+            planned = sweeps_of_leg(self._pattern, self._legs, element.circuit, element.leg, crossing.time_s)
+            self._legs += 1
+            self.sweeps += planned
+            self._waiting += planned
+
+    def _start_sweeps(self, time_s: float) -> None:
+        """Hand a train to its generator on the last tick before it begins to rise."""
+        while self._waiting and self._waiting[0].start_s - self._waiting[0].ease_in_s < time_s + 1.0 / TICK_HZ:
+            sweep = self._waiting.pop(0)
+            gain, phase = self._response.at(sweep.axis, sweep.period_s)
+            names, command = Sine(sweep.axis), self.plant.command
+            offset = self.plant.clock_s - self.plant.time_s
+            command(names["omega-rad_sec"], sweep.omega)
+            command(names["amplitude-rad"], math.radians(sweep.amplitude_deg) / gain)
+            command(names["phase-rad"], -phase)
+            command(names["cycles"], float(sweep.cycles))
+            command(names["ease-in-s"], max(sweep.ease_in_s, 1e-3))
+            command(names["ease-out-s"], max(sweep.ease_out_s, 1e-3))
+            command(names["start-s"], sweep.start_s + offset)
+            self._flying.append(sweep)
+
+
+def on_clock(sweep: Sweep, zero_s: float) -> Sweep:
+    """The same train with its start counted from another zero."""
+    return replace(sweep, start_s=sweep.start_s - zero_s)

@@ -1,0 +1,354 @@
+"""The flight model as a machine: JSBSim, its start, its state in SI units, its checks.
+
+After the start nothing writes a state of JSBSim: only commands, set points, wind and switches. JSBSim holds Python's
+interpreter lock while it steps, so threads gain nothing; processes do.
+"""
+
+import math
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import jsbsim
+import numpy as np
+
+from magsim.aircraft.facts import Facts
+from magsim.errors import DataError
+from magsim.flight.autopilot import INPUTS, Sine
+from magsim.flight.model import write_model
+from magsim.units import FT
+
+INTEGRATORS = {"rate/rotational": 9, "position/rotational": 9, "rate/translational": 3, "position/translational": 4}
+"""JSBSim's integrators: 9 is Adams-Bashforth of fifth order, 3 of second, 4 of third.
+
+JSBSim's defaults for rotation are Euler's rule, which is wrong by degrees after half a minute of tumbling
+(NESC check case Atmos_02). Wind changes the forces too fast for more than the default orders of translation to help.
+"""
+
+CHANNELS: tuple[tuple[str, str, float], ...] = (
+    ("lat", "position/lat-geod-rad", 1.0),
+    ("lon", "position/long-gc-rad", 1.0),
+    ("alt", "position/geod-alt-ft", FT),
+    ("v_north", "velocities/v-north-fps", FT),
+    ("v_east", "velocities/v-east-fps", FT),
+    ("v_down", "velocities/v-down-fps", FT),
+    ("roll", "attitude/phi-rad", 1.0),
+    ("pitch", "attitude/theta-rad", 1.0),
+    ("heading", "attitude/psi-rad", 1.0),
+    ("p", "velocities/p-rad_sec", 1.0),
+    ("q", "velocities/q-rad_sec", 1.0),
+    ("r", "velocities/r-rad_sec", 1.0),
+    ("elevator", "fcs/elevator-pos-rad", 1.0),
+    ("aileron", "fcs/left-aileron-pos-rad", 1.0),
+    ("rudder", "fcs/rudder-pos-rad", 1.0),
+    ("airspeed", "velocities/vt-fps", FT),
+    ("alpha", "aero/alpha-rad", 1.0),
+    ("beta", "aero/beta-rad", 1.0),
+    ("contact", "gear/wow", 1.0),
+)
+"""Logged quantities: name, JSBSim's property, factor to SI."""
+
+COLUMN = {name: i for i, (name, _, _) in enumerate(CHANNELS)}
+
+TURBULENCE_TUSTIN = 4
+TURBULENCE_WIND_MPS = {0: 0.0, 1: 7.7, 2: 7.7, 3: 7.7, 4: 15.4, 5: 15.4, 6: 23.2, 7: 23.2}
+"""Wind at 20 ft of light, moderate and severe turbulence: 15, 30, 45 kt (MIL-F-8785C, 3.7.2)."""
+
+
+@dataclass(frozen=True)
+class Trim:
+    """Straight and level flight."""
+
+    pitch: float
+    roll: float
+    commands: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Where and how a plant begins.
+
+    Attributes
+    ----------
+    lat_rad, lon_rad, alt_m : float
+    course : float [rad]
+        Of the motion over ground.
+    speed_mps : float
+        True airspeed.
+    wind_mps : (float, float)
+        The motion of the air to north and to east.
+    turbulence_severity : int
+    turbulence_seed : int
+    step_hz : int
+    """
+
+    lat_rad: float
+    lon_rad: float
+    alt_m: float
+    course: float
+    speed_mps: float
+    wind_mps: tuple[float, float] = (0.0, 0.0)
+    turbulence_severity: int = 0
+    turbulence_seed: int = 1
+    step_hz: int = 120
+
+
+def ground_speed(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
+    """Speed over ground [m/s] that an airspeed gives along a course [rad] in wind."""
+    along, right = _wind_along(course, wind_mps)
+    return along + math.sqrt(max(0.0, speed_mps**2 - right**2))
+
+
+def crab_heading(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
+    """Heading [rad] that keeps a course in wind."""
+    _, right = _wind_along(course, wind_mps)
+    return course - math.asin(max(-1.0, min(1.0, right / speed_mps)))
+
+
+def _wind_along(course: float, wind_mps: tuple[float, float]) -> tuple[float, float]:
+    """Wind along and to the right of a course [m/s]."""
+    north, east = wind_mps
+    sin, cos = math.sin(course), math.cos(course)
+    return north * cos + east * sin, east * cos - north * sin
+
+
+@lru_cache(maxsize=1)
+def silence() -> None:
+    """Stop JSBSim's own printing, once in a process and before its first instance."""
+    logger = jsbsim.DefaultLogger()
+    logger.set_min_level(jsbsim.LogLevel.FATAL)
+    jsbsim.set_logger(logger)
+
+
+def load(facts: Facts, step_hz: int) -> jsbsim.FGFDMExec:
+    """A fresh instance of an aircraft's flight model, its step rate set before its filters are built."""
+    silence()
+    with tempfile.TemporaryDirectory(prefix="magsim-") as name:
+        folder = Path(name).resolve()
+        write_model(facts, folder, "aircraft")
+        return load_from(folder, "aircraft", 1.0 / step_hz)
+
+
+def load_from(folder: Path, name: str, step_s: float) -> jsbsim.FGFDMExec:
+    """A fresh instance of the model ``aircraft/<name>/<name>.xml`` below a folder, with accurate integrators."""
+    silence()
+    fdm = jsbsim.FGFDMExec(None)
+    fdm.set_debug_level(0)
+    fdm.set_dt(step_s)
+    loaded = fdm.load_model_with_paths(name, str(folder / "aircraft"), str(folder / "engine"), str(folder / "systems"))
+    if not loaded or not math.isclose(fdm.get_delta_t(), step_s, rel_tol=1e-12):
+        msg = f"JSBSim {fdm.get_version()} did not load the flight model of {name}"
+        raise DataError(msg)
+    fdm.disable_output()
+    for group, order in INTEGRATORS.items():
+        fdm[f"simulation/integrator/{group}"] = order
+    return fdm
+
+
+def trim(facts: Facts, setup: Setup) -> Trim:
+    """Straight and level flight in still air, by JSBSim's full trim.
+
+    Raises
+    ------
+    DataError
+        If the aircraft cannot fly like that.
+    """
+    fdm = load(facts, setup.step_hz)
+    _initial_place(fdm, setup)
+    fdm["ic/psi-true-deg"] = math.degrees(setup.course)
+    fdm["ic/gamma-deg"] = 0.0
+    fdm["ic/vt-fps"] = setup.speed_mps / FT
+    fdm["propulsion/fuel_freeze"] = 1.0
+    fdm.run_ic()
+    fdm["propulsion/set-running"] = -1
+    try:
+        fdm.do_trim(1)
+    except jsbsim.TrimFailureError:
+        msg = (
+            f"the flight cannot begin: {facts.title} finds no straight and level flight at {setup.speed_mps:g} m/s "
+            f"and {setup.alt_m:g} m; allowed: a speed above the stall and below full power at that height"
+        )
+        raise DataError(msg) from None
+    names = (
+        "fcs/throttle-cmd-norm",
+        "fcs/pitch-trim-cmd-norm",
+        "fcs/elevator-cmd-norm",
+        "fcs/aileron-cmd-norm",
+        "fcs/roll-trim-cmd-norm",
+        "fcs/rudder-cmd-norm",
+        "fcs/yaw-trim-cmd-norm",
+    )
+    return Trim(fdm["attitude/theta-rad"], fdm["attitude/phi-rad"], {name: fdm[name] for name in names})
+
+
+def _initial_place(fdm: jsbsim.FGFDMExec, setup: Setup) -> None:
+    fdm["ic/terrain-elevation-ft"] = 0.0
+    fdm["ic/lat-geod-deg"] = math.degrees(setup.lat_rad)
+    fdm["ic/long-gc-deg"] = math.degrees(setup.lon_rad)
+    fdm["ic/h-sl-ft"] = setup.alt_m / FT
+
+
+def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
+    """An instance that flies along its course, trimmed, in wind, with the autopilot on.
+
+    Trim is found in still air on an instance of its own; the flight begins with the same attitude to the air and with
+    the velocity over ground that the wind gives.
+    """
+    trimmed = trim(facts, setup)
+    heading = crab_heading(setup.speed_mps, setup.course, setup.wind_mps)
+    north, east = setup.wind_mps
+    fdm = load(facts, setup.step_hz)
+    _initial_place(fdm, setup)
+    fdm["ic/phi-rad"] = trimmed.roll
+    fdm["ic/theta-rad"] = trimmed.pitch
+    fdm["ic/psi-true-rad"] = heading % (2.0 * math.pi)
+    fdm["ic/vn-fps"] = (setup.speed_mps * math.cos(heading) + north) / FT
+    fdm["ic/ve-fps"] = (setup.speed_mps * math.sin(heading) + east) / FT
+    fdm["ic/vd-fps"] = 0.0
+    fdm["propulsion/fuel_freeze"] = 1.0
+    fdm["simulation/randomseed"] = setup.turbulence_seed
+    fdm.run_ic()
+    for name, value in trimmed.commands.items():
+        fdm[name] = value
+    fdm["propulsion/set-running"] = -1
+    fdm["ap/theta-rad"] = trimmed.pitch
+    fdm["ap/height-ft"] = setup.alt_m / FT
+    fdm["ap/speed-fps"] = setup.speed_mps / FT
+    fdm["ap/heading-rad"] = heading % (2.0 * math.pi)
+    fdm["ap/hold-height"] = 1.0
+    fdm["ap/hold-heading"] = 1.0
+    fdm["ap/on"] = 1.0
+    fdm["atmosphere/wind-north-fps"] = north / FT
+    fdm["atmosphere/wind-east-fps"] = east / FT
+    if setup.turbulence_severity:
+        fdm["atmosphere/randomseed"] = setup.turbulence_seed
+        wind = TURBULENCE_WIND_MPS[setup.turbulence_severity]
+        fdm["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = wind / FT
+        fdm["atmosphere/turbulence/milspec/severity"] = setup.turbulence_severity
+        fdm["atmosphere/turb-type"] = TURBULENCE_TUSTIN
+    return fdm
+
+
+class Plant:
+    """An aircraft in flight.
+
+    Parameters
+    ----------
+    facts : Facts
+    setup : Setup
+
+    Attributes
+    ----------
+    row : list of float
+        The last logged row, in SI units, in the order of ``CHANNELS``.
+    time_s : float
+        Time since the plant's start.
+    """
+
+    def __init__(self, facts: Facts, setup: Setup) -> None:
+        self._fdm = start(facts, setup)
+        self._run = self._fdm.run
+        self._step_s = 1.0 / setup.step_hz
+        self._steps = 0
+        manager = self._fdm.get_property_manager()
+        self._readers = [(_node(manager, name).get_double_value, factor) for _, name, factor in CHANNELS]
+        self._writers = {name: _node(manager, name).set_double_value for name in _writable()}
+        self._outside = _envelope(facts)
+        self._clock_s = self._fdm["simulation/sim-time-sec"]
+        self.row: list[float] = [read() * factor for read, factor in self._readers]
+
+    @property
+    def time_s(self) -> float:
+        """Time since the start [s]."""
+        return self._steps * self._step_s
+
+    @property
+    def clock_s(self) -> float:
+        """The same moment on the clock of the sine generators [s]."""
+        return self._clock_s + self.time_s
+
+    def run(self, steps: int) -> list[float]:
+        """Fly a number of steps and log a row.
+
+        Raises
+        ------
+        DataError
+            If the flight has diverged, touched the ground or left the flight model's envelope.
+        """
+        run = self._run
+        for _ in range(steps):
+            run()
+        self._steps += steps
+        self.row = row = [read() * factor for read, factor in self._readers]
+        trouble = self._outside(row)
+        if trouble:
+            raise FlightTroubleError(trouble, row, self.time_s)
+        return row
+
+    def command(self, name: str, value: float) -> None:
+        """Write a command or set point of the autopilot."""
+        self._writers[name](value)
+
+
+class FlightTroubleError(DataError):
+    """The flight went wrong; knows when, on the plant's clock, so that the caller can name its own time."""
+
+    def __init__(self, trouble: str, row: list[float], time_s: float) -> None:
+        self.trouble, self.row, self.time_s = trouble, row, time_s
+        super().__init__(self.told(time_s))
+
+    def told(self, time_s: float) -> str:
+        """One line that names time and state."""
+        value = {name: self.row[i] for name, i in COLUMN.items()}
+        return (
+            f"the flight {self.trouble} at t = {time_s:.1f} s: height {value['alt']:.0f} m, airspeed "
+            f"{value['airspeed']:.1f} m/s, roll {math.degrees(value['roll']):.1f}, pitch "
+            f"{math.degrees(value['pitch']):.1f}, angle of attack {math.degrees(value['alpha']):.1f}, sideslip "
+            f"{math.degrees(value['beta']):.1f} deg"
+        )
+
+
+def _writable() -> tuple[str, ...]:
+    return (*INPUTS, *(name for axis in ("pitch", "roll", "yaw") for name in Sine(axis).inputs))
+
+
+def _node(manager: jsbsim.FGPropertyManager, name: str) -> jsbsim.FGPropertyNode:
+    node = manager.get_node(name)
+    if node is None:
+        msg = f"JSBSim has no property {name}"
+        raise DataError(msg)
+    return node
+
+
+def _envelope(facts: Facts) -> Callable[[list[float]], str]:
+    """Check of a row: what is wrong with it, or nothing."""
+    limits = facts.limits
+    alpha_low, alpha_high = (math.radians(v) for v in limits.angle_of_attack.value)
+    beta, bank, pitch = (math.radians(v.value) for v in (limits.sideslip, limits.bank, limits.pitch))
+    i_alpha, i_beta, i_roll, i_pitch = (COLUMN[n] for n in ("alpha", "beta", "roll", "pitch"))
+    i_alt, i_contact = COLUMN["alt"], COLUMN["contact"]
+
+    def outside(row: list[float]) -> str:
+        # Comparisons are written so that a NaN fails them.
+        if not math.isfinite(math.fsum(row)):
+            return "diverged (not a number)"
+        if not (row[i_alt] > 0.0 and row[i_contact] == 0.0):
+            return "touched the ground"
+        if not alpha_low < row[i_alpha] < alpha_high:
+            return "stalled"
+        if not (abs(row[i_beta]) < beta and abs(row[i_roll]) < bank and abs(row[i_pitch]) < pitch):
+            return "diverged"
+        return ""
+
+    return outside
+
+
+def bare_steps(facts: Facts, setup: Setup, steps: int) -> float:
+    """Step a plant and do nothing else; returns the last height [m], so that the work has a result."""
+    fdm = start(facts, setup)
+    run = fdm.run
+    for _ in range(steps):
+        run()
+    return float(np.float64(fdm["position/geod-alt-ft"]) * FT)
