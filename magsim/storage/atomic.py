@@ -84,7 +84,7 @@ def _refuse_taken(path: Path, *, force: bool) -> None:
 
 def _reserve(path: Path) -> Path:
     """A new empty file beside the path, with the permissions that the final file shall have."""
-    temporary = path.with_name(f".{secrets.token_hex(6)}.part-{path.name}")
+    temporary = path.with_name(f".{secrets.token_hex(6)}.part{path.suffix[-20:]}")
     try:
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     except (OSError, ValueError) as error:

@@ -154,7 +154,7 @@ def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
 def _read(path: Path) -> dict[str, np.ndarray] | None:
     """An entry, or None where there is none or it is damaged in any way."""
     try:
-        with np.load(path, allow_pickle=False) as entry:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as entry:
             arrays = {name: entry[name] for name in entry.files}
         checksum = arrays.pop(_CHECKSUM)
         if not np.array_equal(checksum, _digest(arrays)):

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 MAX_VALUE_BYTES = 1024**3
 """Largest data set that is read."""
 
+VET_PROGRAM = Path(__file__).with_name("vet.py")
+"""Walks through a file in a process of its own."""
+
 VET_TIMEOUT_S = 30.0
 """Longest time that the child process may take."""
 
@@ -257,11 +260,10 @@ def _sha256(path: Path, size: int) -> str:
 
 def _vet(path: Path) -> None:
     """Let a child process read the whole file first."""
-    program = Path(__file__).with_name("vet.py")
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     try:
         run = subprocess.run(
-            [sys.executable, str(program), str(path.absolute())],
+            [sys.executable, str(VET_PROGRAM), str(path.absolute())],
             capture_output=True,
             text=True,
             timeout=VET_TIMEOUT_S,
