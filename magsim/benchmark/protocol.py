@@ -91,7 +91,7 @@ def benchmark(
                 notes.append(f"recording {recording.name!r} has no label and truth for the row {NOISE_FLOOR}")
                 continue
             say(f"{name} on {recording.name}")
-            rows += _judge(name, compensator, recording.name, parts, sensor, warmup_s)
+            rows += _judge(name, compensator, parts, sensor, warmup_s)
     if not rows:
         names = ", ".join(repr(recording.name) for recording in recordings)
         msg = f"no test rows: no row of {names} has split = test"
@@ -195,12 +195,12 @@ def _parts(recording: Recording) -> list[_Part]:
 def _judge(
     name: str,
     compensator: Compensator | None,
-    recording: str,
     parts: Sequence[_Part],
     sensor: str,
     warmup_s: float,
 ) -> list[Row]:
     """Every score of one method on one recording."""
+    recording = parts[0].whole.name
     kept = [k for part in parts if (k := _measure(name, compensator, part, sensor, warmup_s)) is not None]
     if not kept:
         longest = max(float(np.ptp(part.whole.time_s)) for part in parts)

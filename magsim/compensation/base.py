@@ -95,17 +95,18 @@ class Compensator(ABC):
         features.require(recording, [columns.MAG.name(sensor=self.sensor_)])
         return recording[columns.MAG.name(sensor=self.sensor_)] - self.interference(recording)
 
+    @abstractmethod
     def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """What ``fit`` learned: plain values for JSON and arrays."""
-        return {}, {}
+        """What ``fit`` learned: plain values for JSON, and arrays."""
 
+    @abstractmethod
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Take back what ``_learned`` gave."""
+        """Take back what ``_learned`` gave; a ``KeyError`` or ``ValueError`` says that the file is broken."""
 
-    def _save_more(self, folder: Path) -> None:
+    def _save_more(self, folder: Path) -> None:  # noqa: B027 - most methods have no files of their own
         """Write files of the method's own beside the settings and arrays."""
 
-    def _load_more(self, folder: Path) -> None:
+    def _load_more(self, folder: Path) -> None:  # noqa: B027
         """Read what ``_save_more`` wrote; called after ``_restore``."""
 
     @final
@@ -242,8 +243,8 @@ def restore(compensator: Compensator, folder: Path, settings: Mapping[str, Any])
     """
     try:
         with np.load(folder / ARRAYS, allow_pickle=False) as arrays:
-            compensator._restore(settings["learned"], dict(arrays))  # noqa: SLF001 - the other half of save
-        compensator._load_more(folder)  # noqa: SLF001
+            compensator._restore(settings["learned"], dict(arrays))
+        compensator._load_more(folder)
     except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
         msg = f"{folder}: the saved method cannot be read: {error}"
         raise DataError(msg) from None

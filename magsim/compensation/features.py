@@ -4,6 +4,7 @@ The Tolles-Lawson columns follow paper 000, eq. 26, with its typo resolved (the 
 reading itself is never a feature: a method that needs it must declare it.
 """
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -57,7 +58,7 @@ def spans(time_s: np.ndarray) -> list[slice]:
     steps = np.diff(time_s)
     cuts = np.flatnonzero(steps > 1.5 * np.median(steps)) + 1
     bounds = [0, *cuts.tolist(), len(time_s)]
-    return [slice(a, b) for a, b in zip(bounds, bounds[1:], strict=False)]
+    return [slice(a, b) for a, b in itertools.pairwise(bounds)]
 
 
 def direction_cosines(recording: Recording, fluxgate: str) -> tuple[np.ndarray, np.ndarray]:
@@ -125,7 +126,7 @@ def tolles_lawson(recording: Recording, inputs: Inputs, terms: int) -> Design:
     return Design(tuple(names), units, np.hstack(parts))
 
 
-def attitude(recording: Recording, inputs: Inputs) -> Design:  # noqa: ARG001 - one signature for all sets
+def attitude(recording: Recording, inputs: Inputs) -> Design:
     """Roll and pitch [rad], sine and cosine of the heading: an angle that wraps would jump."""
     require(recording, [columns.INS_ATTITUDE.name(angle=angle) for angle in ("roll", "pitch", "heading")])
     roll, pitch, heading = (

@@ -27,8 +27,8 @@ class Nothing(Compensator):
         train: Sequence[Recording],
         *,
         sensor: str,
-        valid: Sequence[Recording] = (),  # noqa: ARG002 - nothing to learn
-        seed: int = 0,  # noqa: ARG002
+        valid: Sequence[Recording] = (),
+        seed: int = 0,
     ) -> Self:
         """Note the sensor."""
         check_recordings(train, sensor)
@@ -39,6 +39,12 @@ class Nothing(Compensator):
         """Zeros, (n,)."""
         self._require_fitted()
         return np.zeros(len(recording))
+
+    def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        return {}, {}
+
+    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        pass
 
 
 class Term(NamedTuple):
@@ -115,6 +121,7 @@ class TollesLawson(Compensator):
 
     def __init__(
         self,
+        *,
         terms: Literal[16, 18] = 16,
         target: Literal["interference", "measured"] = "interference",
         band: Literal["in", "broad"] = "in",
@@ -140,7 +147,7 @@ class TollesLawson(Compensator):
         *,
         sensor: str,
         valid: Sequence[Recording] = (),
-        seed: int = 0,  # noqa: ARG002 - closed form
+        seed: int = 0,
     ) -> Self:
         """Solve for the coefficients; see ``Compensator.fit``."""
         recordings = [*train, *valid]

@@ -162,7 +162,9 @@ def train(
         If the loss or the validation value is not finite.
     """
     with reproducible(plan.threads):
-        loop = _Loop(module, batch, losses, measure, plan, seed, phase, progress, checkpoint)
+        loop = _Loop(
+            module, batch, losses, measure, plan, seed=seed, phase=phase, progress=progress, checkpoint=checkpoint
+        )
         run = loop.go()
         module.load_state_dict(run.best)
         module.eval()
@@ -179,6 +181,7 @@ class _Loop:
         losses: Callable[[nn.Module, Batch, int], Sequence[Tensor]],
         measure: Callable[[nn.Module], float],
         plan: Plan,
+        *,
         seed: int,
         phase: str,
         progress: Callable[[Progress], None] | None,

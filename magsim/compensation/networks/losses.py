@@ -65,7 +65,7 @@ class ResidualLoss:
     band_weight: float
     last: bool
 
-    def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:  # noqa: ARG002
+    def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
         """Loss of a batch: inputs (B, M, T), targets (B, 1, T)."""
         inputs, targets = batch
         return [self.of(module(inputs), targets[:, 0])]

@@ -58,6 +58,7 @@ class MagTCNCompensator(ResidualNetwork):
 
     def __init__(
         self,
+        *,
         width: Count = 8,
         expansion: Count = 2,
         kernel: Kernel = 51,
@@ -178,6 +179,7 @@ class BPCompensator(ResidualNetwork):
 
     def __init__(
         self,
+        *,
         per: Literal["sample", "window"] = "sample",
         hidden: Annotated[tuple[Count, ...], Field(min_length=1)] = (32, 32),
         activation: Literal["relu", "tanh", "gelu"] = "tanh",

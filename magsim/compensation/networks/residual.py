@@ -241,16 +241,16 @@ class ResidualNetwork(Compensator):
             return Nothing()
         measured = self.first_stage.endswith("_measured")
         return TollesLawson(
-            18 if "18" in self.first_stage else 16,
-            "measured" if measured else "interference",
-            "in" if measured else self.stage_band,
-            fluxgate,
-            self.scale,
+            terms=18 if "18" in self.first_stage else 16,
+            target="measured" if measured else "interference",
+            band="in" if measured else self.stage_band,
+            fluxgate=fluxgate,
+            scale=self.scale,
         )
 
     def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         fitted = self._fitted
-        values, arrays = fitted.stage._learned()  # noqa: SLF001 - a compensator inside a compensator
+        values, arrays = fitted.stage._learned()
         arrays = {f"stage.{name}": array for name, array in arrays.items()}
         arrays |= {"input_mean": fitted.standardizer.mean, "input_scale": fitted.standardizer.scale}
         outcomes = {
@@ -272,7 +272,7 @@ class ResidualNetwork(Compensator):
         stage = self.make_stage(values["fluxgate"])
         prefix = "stage."
         own = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-        stage._restore(values["stage"], own)  # noqa: SLF001
+        stage._restore(values["stage"], own)
         stage.sensor_ = ""
         names = tuple(values["names"])
         standardizer = Standardizer(arrays["input_mean"], arrays["input_scale"])
