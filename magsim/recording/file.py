@@ -159,11 +159,11 @@ def _text(text: str) -> np.ndarray:
 
 
 def _texts(texts: Iterable[str]) -> np.ndarray:
-    """Texts as bytes of one length, which HDF5 knows to be UTF-8."""
+    """Texts as bytes of one length, which HDF5 knows to be UTF-8; of 2 at least, for netCDF tells texts of 1 apart."""
     import h5py
 
     encoded = [text.encode() for text in texts]
-    return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(1, *map(len, encoded))))
+    return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(2, *map(len, encoded))))
 
 
 def _cf_time(start_utc: str) -> str:

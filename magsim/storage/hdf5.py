@@ -39,7 +39,7 @@ FILTERS = ("deflate", "shuffle", "fletcher32")
 """Filters that a data set may have passed: those that HDF5 itself brings."""
 
 _SEAL = re.compile(rb"magsim-sha256:([0-9a-f]{64})\n")
-_SEAL_BYTES = len("magsim-sha256:") + 64 + 1
+SEAL_BYTES = len("magsim-sha256:") + 64 + 1
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
@@ -228,7 +228,7 @@ def _check_file(path: Path) -> None:
 
 def _seal_is_good(path: Path) -> bool:
     """Whether the file ends with a seal; a seal that does not fit the bytes before it is a DataError."""
-    size = path.stat().st_size - _SEAL_BYTES
+    size = path.stat().st_size - SEAL_BYTES
     if size <= 0:
         return False
     with path.open("rb") as file:
