@@ -1,0 +1,68 @@
+"""What is shipped is found, by name from anywhere, and never written to."""
+
+from pathlib import Path
+
+import pytest
+
+from magsim import assets
+from magsim.errors import RequestError
+
+
+def test_the_shipped_things_are_listed():
+    assert "c208b" in assets.list_aircraft()
+    assert {"calibration_c208b", "calibration_c208b_cloverleaf", "papers/000_simulated"} <= set(assets.list_scenarios())
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["calibration_c208b", "calibration_c208b.toml", "scenarios/calibration_c208b.toml", Path("calibration_c208b")],
+)
+def test_a_scenario_is_found_by_name_from_another_folder(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert assets.scenario_path(name).samefile(assets.ROOT / "scenarios" / "calibration_c208b.toml")
+
+
+def test_nested_names(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert assets.scenario_path("papers/000_simulated").name == "000_simulated.toml"
+
+
+def test_a_file_that_is_there_wins(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "calibration_c208b").write_text("")
+    (tmp_path / "own.toml").write_text("")
+    assert assets.scenario_path("calibration_c208b") == Path("calibration_c208b")
+    assert assets.scenario_path(tmp_path / "own.toml") == tmp_path / "own.toml"
+
+
+def test_a_folder_of_the_same_name_is_no_scenario(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "calibration_c208b").mkdir()
+    assert assets.scenario_path("calibration_c208b").is_file()
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        (
+            "calibration_c208",
+            "there is no such file, and no shipped scenario has that name (did you mean 'calibration_c208b'?)",
+        ),
+        ("../../no/scenario", "../../no/scenario: there is no such file"),
+        ("", "'': it is a folder, and no shipped scenario has that name"),
+        ("a\0b", r"'a\x00b': there is no such file"),
+        ("x" * 5000, "there is no such file"),
+    ],
+)
+def test_scenarios_that_are_not_there(name, text):
+    with pytest.raises(RequestError) as caught:
+        assets.scenario_path(name)
+    assert text in str(caught.value)
+    assert "shipped: calibration_c208b, " in str(caught.value)
+    assert len(str(caught.value)) < 800
+
+
+@pytest.mark.parametrize("name", ["c208", "../c208b", "c208b/../c208b", "", "."])
+def test_aircraft_that_are_not_there(name):
+    with pytest.raises(RequestError, match=r"there is no aircraft '.*'; allowed: .*c208b"):
+        assets.aircraft_dir(name)
