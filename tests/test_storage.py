@@ -226,10 +226,19 @@ def test_writers_at_the_same_time_do_not_disturb_each_other(cache):
     assert len(list(cache.rglob("*"))) == 2  # the folder of the kind, and one entry
 
 
-def test_the_cache_does_not_grow_without_end(cache):
-    for i in range(40):
+def test_the_cache_does_not_grow_without_end(cache, monkeypatch):
+    monkeypatch.setattr("magsim.storage.cache.KEEP", 5)
+    for i in range(8):
         cached("part", f"k{i}", Maker(x=np.ones(1)))
-    assert len(list(cache.rglob("*.npz"))) == 32
+    assert len(list(cache.rglob("*.npz"))) == 5
+    monkeypatch.setattr("magsim.storage.cache.KEEP_BYTES", 20_000)
+    for i in range(4):
+        cached("part", f"big{i}", Maker(x=np.ones(1000)))
+    assert sum(entry.stat().st_size for entry in cache.rglob("*.npz")) <= 20_000
+    make = Maker(x=np.ones(100_000))
+    cached("part", "huge", make)
+    cached("part", "huge", make)
+    assert make.calls == 1
 
 
 @pytest.mark.parametrize("arrays", [{"x": np.array([object()])}, {"checksum": np.ones(1)}])

@@ -146,7 +146,7 @@ def _maneuvers(maneuvers: Sequence[object]) -> Section:
             continue
         keys = ("circuit", "leg", "axis", "start_s", "period_s", "cycles", "asked_deg", "flown_deg", "residual_deg")
         rows.append(tuple(_word(entry.get(key)) for key in keys))
-    header = ("circuit", "leg", "axis", "start s", "period s", "cycles", "asked deg", "flown deg", "rms of rest deg")
+    header = ("circuit", "leg", "axis", "start s", "period s", "cycles", "asked deg", "flown deg", "residual deg")
     return Section("Maneuvers: amplitudes asked and flown", header, tuple(rows))
 
 

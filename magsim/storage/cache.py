@@ -19,8 +19,8 @@ from magsim.storage.atomic import atomic_write
 FORMAT = 1
 """Version of the entries; an entry of another version is never found."""
 
-KEEP = 32
-"""Most entries of one kind; the oldest go first."""
+KEEP, KEEP_BYTES = 1000, 512 * 2**20
+"""Most entries of one kind, and most bytes of all of them; the oldest go first."""
 
 _CHECKSUM = "checksum"
 _KIND = re.compile(r"[a-z][a-z0-9_-]*")
@@ -165,6 +165,10 @@ def _read(path: Path) -> dict[str, np.ndarray] | None:
 
 
 def _drop_old(folder: Path) -> None:
-    entries = sorted(folder.glob("*.npz"), key=lambda entry: entry.stat().st_mtime_ns, reverse=True)
-    for entry in entries[KEEP:]:
-        entry.unlink(missing_ok=True)
+    entries = [(entry.stat(), entry) for entry in folder.glob("*.npz")]
+    entries.sort(key=lambda pair: pair[0].st_mtime_ns, reverse=True)
+    total = 0
+    for number, (stat, entry) in enumerate(entries):
+        total += stat.st_size
+        if number and (number >= KEEP or total > KEEP_BYTES):
+            entry.unlink(missing_ok=True)
