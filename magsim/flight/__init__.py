@@ -68,11 +68,11 @@ def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], N
     pilot = Pilot(
         aircraft.facts,
         setup,
-        plane,
-        path,
-        -warmup_s * first_speed,
-        log_hz,
-        response,
+        plane=plane,
+        path=path,
+        along_m=-warmup_s * first_speed,
+        log_hz=log_hz,
+        response=response,
         pattern=scenario.pattern,
     )
     expected_s = warmup_s + _flying_time(scenario, path) + MARGIN_S
@@ -83,7 +83,7 @@ def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], N
         raise DataError(error.told(error.time_s - warmup_s)) from None
     if progress is not None:
         progress(1.0)
-    return _flight(scenario, aircraft, pilot, log, path, response.arrays() if axes else {})
+    return _flight(scenario, aircraft, pilot, log, response.arrays() if axes else {})
 
 
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
@@ -179,7 +179,6 @@ def _flight(
     aircraft: Aircraft,
     pilot: Pilot,
     log: Log,
-    path: Sequence[Element],
     response: dict[str, np.ndarray],
 ) -> Flight:
     """Cut the log and tell what was flown."""
@@ -189,7 +188,7 @@ def _flight(
     log = log.cut(zero - MARGIN_S, end + MARGIN_S, zero)
     carrier = log.trajectory(aircraft.facts.cg_b)
     duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
-    segments = _segments(crossings, path, zero, end, carrier)
+    segments = _segments(crossings, pilot.path, zero, end, carrier)
     sweeps = [on_clock(sweep, zero) for sweep in pilot.sweeps]
     _check_sweeps(sweeps, segments)
     maneuvers = tuple(measure(sweep, carrier)[0] for sweep in sweeps)

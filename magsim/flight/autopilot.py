@@ -6,10 +6,13 @@ are in ``INPUTS``; ``Sine`` names those of a generator. Angles in radians, times
 
 The loops, with V the true airspeed, s and c the sine of a generator and its derivative, I[.] clipped integrals::
 
-    path       e_gam = hold (clip(k_h (h_set - h)) - hdot) / V        gam = clip(k_g e_gam + I[e_gam])
-    pitch      e_th  = theta_0 + gam + turn + s_pitch - theta         elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
-    heading    bank  = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
-    roll       e_phi = bank + s_roll - phi                            aileron = k_p (k_phi e_phi + c - phidot) + I[e_phi]
+    path       e_gam = hold (clip(k_h (h_set - h)) - hdot) / V
+               gam = clip(k_g e_gam + I[e_gam])
+    pitch      e_th = theta_0 + gam + turn + s_pitch - theta
+               elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
+    heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
+    roll       e_phi = bank + s_roll - phi
+               aileron = k_p (k_phi e_phi + c - phidot) + I[e_phi]
     turn       rudder = -k_r ((g/V) tan(phi) - psidot)
     yaw held   rudder = -k_y (k_psi (psi_set + s_yaw - psi) + c - psidot)
     speed      throttle = clip(k_v e_v + I[e_v])

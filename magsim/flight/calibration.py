@@ -17,6 +17,8 @@ from magsim.flight.plant import FlightTroubleError, Setup, trim
 from magsim.storage import cached
 
 LOG_HZ = 30
+LOWEST_M = 1000.0
+"""Lower flights are calibrated here, clear of the ground; the density differs by a tenth at most."""
 
 
 def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: float, step_hz: int) -> LoopResponse:
@@ -40,6 +42,7 @@ def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: 
         "\0".join((airframe_xml(facts, "aircraft"), engine_xml(facts), system_xml(facts))).encode()
     ).hexdigest()
     arrays: dict[str, np.ndarray] = {}
+    alt_m = max(alt_m, LOWEST_M)
     for axis in axes:
         key = {
             "model": model,
@@ -83,7 +86,16 @@ def _flown_over_asked(
     line = Straight(1, 1, False, 0.0, Place(0.0, 0.0, 0.0, 0.0), 1.0e7)
     stop_s = sweeps[-1].stop_s + sweeps[-1].ease_out_s + 1.0
     plane = LocalPlane(0.0, 0.0, setup.alt_m)
-    pilot = Pilot(facts, setup, plane, (line,), 0.0, LOG_HZ, response, sweeps=sweeps)
+    pilot = Pilot(
+        facts,
+        setup,
+        plane=plane,
+        path=(line,),
+        along_m=0.0,
+        log_hz=LOG_HZ,
+        response=response,
+        sweeps=sweeps,
+    )
     try:
         log = pilot.fly(lambda p: p.plant.time_s >= stop_s)
     except FlightTroubleError as error:

@@ -8,7 +8,7 @@ its mean heading is held.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from magsim.aircraft.facts import Facts
 from magsim.flight.maneuvers import Sweep
@@ -16,20 +16,21 @@ from magsim.flight.patterns import Element
 from magsim.units import G0
 
 TICK_HZ = 10
+FOOT_M = 0.2
+"""Newton's steps to the foot of the aircraft on the path end below this; the error left is its square over R."""
+
 QUIET_GAIN, QUIET_OMEGA = 0.5, 0.2
 """The course loop during a roll train: at most this part of its gain, and of the train's angular frequency."""
 
 
-@dataclass(frozen=True)
-class Crossing:
+class Crossing(NamedTuple):
     """The moment at which an element of the path was entered."""
 
     index: int
     time_s: float
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """Place and velocity in the plane, heading and airspeed."""
 
     north_m: float
@@ -40,8 +41,7 @@ class Motion:
     airspeed: float
 
 
-@dataclass(frozen=True)
-class Order:
+class Order(NamedTuple):
     """What the autopilot is told."""
 
     heading: float
@@ -77,6 +77,7 @@ class Guidance:
         self._held: float | None = None
         self._swing_course, self._swing_off_m = 0.0, 0.0
         self._off_m = 0.0
+        self._place = path[0].at(along_m)
         self.index = 0
         self.along_m = along_m
         self.crossings: list[Crossing] = []
@@ -99,8 +100,7 @@ class Guidance:
         """
         speed = math.hypot(motion.v_north, motion.v_east)
         self._advance(time_s, motion, speed)
-        place = self._path[self.index].at(self.along_m)
-        axes = {sweep.axis for sweep in sweeps}
+        place, axes = self._place, {sweep.axis for sweep in sweeps}
         self._swing(time_s, speed, [sweep for sweep in sweeps if sweep.axis == "roll"])
         gain = self._course_gain
         if "roll" in axes:
@@ -136,12 +136,14 @@ class Guidance:
         self.along_m += speed / TICK_HZ
         while True:
             element = self._path[self.index]
-            for _ in range(2):
-                place = element.at(self.along_m)
-                sin, cos = math.sin(place.course), math.cos(place.course)
-                north, east = motion.north_m - place.north_m, motion.east_m - place.east_m
-                along, self._off_m = north * cos + east * sin, east * cos - north * sin
-                self.along_m += along / max(0.2, 1.0 - place.curvature * self._off_m)
+            ahead_m = math.inf
+            while abs(ahead_m) > FOOT_M:
+                north, east, course, curvature = self._place = element.at(self.along_m)
+                north, east = motion.north_m - north, motion.east_m - east
+                sin, cos = math.sin(course), math.cos(course)
+                self._off_m = east * cos - north * sin
+                ahead_m = (north * cos + east * sin) / max(0.2, 1.0 - curvature * self._off_m)
+                self.along_m += ahead_m
             if not self.crossings and self.along_m >= 0.0:
                 self.crossings.append(Crossing(0, time_s - self.along_m / speed))
             if self.along_m < element.length_m:
@@ -168,7 +170,7 @@ class Guidance:
         while ahead > self._path[index].length_m and index + 1 < len(self._path):
             ahead -= self._path[index].length_m
             index += 1
-        curvature = self._path[index].at(ahead).curvature
+        curvature = self._path[index].curvature(ahead)
         if curvature == 0.0:
             return 0.0
         crab = wrap(math.atan2(motion.v_east, motion.v_north) - motion.heading)

@@ -55,7 +55,11 @@ def write_model(facts: Facts, folder: Path, name: str) -> None:
 
 
 def airframe_xml(facts: Facts, name: str) -> str:
-    """The airframe: metrics, mass, wheels, engine, aerodynamics."""
+    """The airframe: metrics, mass, wheels, engine, aerodynamics.
+
+    The product of inertia is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its
+    negative.
+    """
     geometry = facts.geometry
     cg = _location("CG", facts.cg_b, facts)
     moments = inertia(facts)
@@ -74,7 +78,7 @@ def airframe_xml(facts: Facts, name: str) -> str:
   {_location("EYEPOINT", facts.cg_b, facts)}
   {_location("VRP", facts.cg_b, facts)}
  </metrics>
- <mass_balance>
+ <mass_balance negated_crossproduct_inertia="false">
   <ixx unit="SLUG*FT2">{moments.xx / SLUG_FT2!r}</ixx>
   <iyy unit="SLUG*FT2">{moments.yy / SLUG_FT2!r}</iyy>
   <izz unit="SLUG*FT2">{moments.zz / SLUG_FT2!r}</izz>

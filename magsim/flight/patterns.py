@@ -8,7 +8,8 @@ length.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 from magsim.earth.wgs84 import ecef_from_geodetic, radii_of_curvature, rot_ne_at
 from magsim.errors import RequestError
@@ -67,8 +68,7 @@ class LocalPlane:
         return lat, lon
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """A point of a path with its tangent and curvature (positive to the right)."""
 
     north_m: float
@@ -88,15 +88,19 @@ class Straight:
     start: Place
     length_m: float
 
+    @cached_property
+    def _tangent(self) -> tuple[float, float]:
+        return math.cos(self.start.course), math.sin(self.start.course)
+
     def at(self, along_m: float) -> Place:
         """The point at a distance from the beginning; before it and behind it the straight goes on."""
-        start = self.start
-        return Place(
-            start.north_m + along_m * math.cos(start.course),
-            start.east_m + along_m * math.sin(start.course),
-            start.course,
-            0.0,
-        )
+        north, east, course, _ = self.start
+        cos, sin = self._tangent
+        return Place(north + along_m * cos, east + along_m * sin, course, 0.0)
+
+    def curvature(self, along_m: float) -> float:
+        """None."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -128,6 +132,10 @@ class Arc:
             curvature,
         )
 
+    def curvature(self, along_m: float) -> float:
+        """Curvature [1/m], positive to the right, at a distance from the beginning."""
+        return self.side * self.shape.bend(along_m)[1]
+
 
 Element = Straight | Arc
 
@@ -149,14 +157,14 @@ class TurnShape:
         self._table = self._integrate(count)
         self.offset_m = self._table[-1][0]
 
-    def _turned(self, along_m: float) -> tuple[float, float]:
-        """Turned angle [rad] and curvature [1/m]."""
+    def bend(self, along_m: float) -> tuple[float, float]:
+        """Turned angle [rad] and curvature [1/m] at a distance from the beginning; straight outside."""
         ease, radius, length = self.ease_m, self.radius_m, self.length_m
         if along_m < ease:
             x = max(0.0, along_m / ease)
             return ease / radius * (x**3 - 0.5 * x**4), (3.0 * x**2 - 2.0 * x**3) / radius
         if along_m > length - ease:
-            turned, curvature = self._turned(length - along_m)
+            turned, curvature = self.bend(length - along_m)
             return 0.5 * math.pi - turned, curvature
         return (along_m - 0.5 * ease) / radius, 1.0 / radius
 
@@ -164,7 +172,7 @@ class TurnShape:
         """Points along the turn, by Simpson's rule on the tangent."""
         step, forward, right, out = self._step, 0.0, 0.0, [(0.0, 0.0)]
         for i in range(count):
-            angles = [self._turned((i + part) * step)[0] for part in (0.0, 0.5, 1.0)]
+            angles = [self.bend((i + part) * step)[0] for part in (0.0, 0.5, 1.0)]
             forward += step / 6.0 * (math.cos(angles[0]) + 4.0 * math.cos(angles[1]) + math.cos(angles[2]))
             right += step / 6.0 * (math.sin(angles[0]) + 4.0 * math.sin(angles[1]) + math.sin(angles[2]))
             out.append((forward, right))
@@ -181,7 +189,7 @@ class TurnShape:
         index = min(int(place), len(self._table) - 2)
         part = place - index
         (f0, r0), (f1, r1) = self._table[index], self._table[index + 1]
-        return f0 + part * (f1 - f0), r0 + part * (r1 - r0), *self._turned(along_m)
+        return f0 + part * (f1 - f0), r0 + part * (r1 - r0), *self.bend(along_m)
 
 
 @lru_cache(maxsize=16)

@@ -13,7 +13,7 @@ from magsim.flight.autopilot import Sine
 from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
 from magsim.flight.patterns import Element, LocalPlane
-from magsim.flight.plant import CHANNELS, COLUMN, Plant, Setup
+from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, Plant, Setup
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import PatternBase
 from magsim.trajectory import Trajectory
@@ -100,6 +100,7 @@ class Pilot:
         self,
         facts: Facts,
         setup: Setup,
+        *,
         plane: LocalPlane,
         path: Sequence[Element],
         along_m: float,
@@ -113,7 +114,8 @@ class Pilot:
         self.sweeps: list[Sweep] = list(sweeps)
         self._waiting: list[Sweep] = list(sweeps)
         self._flying: list[Sweep] = []
-        self._plane, self._path, self._pattern = plane, path, pattern
+        self.path: Sequence[Element] = path
+        self._plane, self._pattern = plane, pattern
         self._response = response
         self._log_hz = log_hz
         self._steps_per_row = setup.step_hz // log_hz
@@ -133,16 +135,16 @@ class Pilot:
             self._guide()
             if tick is not None:
                 tick(self)
-        table = np.frombuffer(rows, dtype=float).reshape(-1, len(CHANNELS))
+        table = np.frombuffer(rows, dtype=float).reshape(-1, len(CHANNELS)) * TO_SI
         return Log(np.arange(len(table)) / self._log_hz, table)
 
     def _guide(self) -> None:
-        row, time = self.plant.row, self.plant.time_s
-        lat, lon, heading = row[COLUMN["lat"]], row[COLUMN["lon"]], row[COLUMN["heading"]]
-        place = self._plane.motion(lat, lon, row[COLUMN["v_north"]], row[COLUMN["v_east"]])
+        value, time = self.plant.value, self.plant.time_s
+        place = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))
         self._start_sweeps(time)
-        self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
-        motion = Motion(*place, heading, row[COLUMN["airspeed"]])
+        if self._flying:
+            self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
+        motion = Motion(*place, value("heading"), value("airspeed"))
         order = self.guidance.step(time, motion, self._flying)
         self._plan_legs(self.guidance.crossings)
         self._give(order)
@@ -168,7 +170,7 @@ class Pilot:
         while self._seen < len(crossings):
             crossing = crossings[self._seen]
             self._seen += 1
-            element = self._path[crossing.index]
+            element = self.path[crossing.index]
             if self._pattern is None or element.turn:
                 continue
             planned = sweeps_of_leg(self._pattern, self._legs, element.circuit, element.leg, crossing.time_s)

@@ -50,6 +50,8 @@ CHANNELS: tuple[tuple[str, str, float], ...] = (
 )
 """Logged quantities: name, JSBSim's property, factor to SI."""
 
+TO_SI = np.array([factor for _, _, factor in CHANNELS])
+
 COLUMN = {name: i for i, (name, _, _) in enumerate(CHANNELS)}
 
 TURBULENCE_TUSTIN = 4
@@ -242,7 +244,7 @@ class Plant:
     Attributes
     ----------
     row : list of float
-        The last logged row, in SI units, in the order of ``CHANNELS``.
+        The last logged row in the order of ``CHANNELS``, as JSBSim gives it; times ``TO_SI`` it is SI.
     time_s : float
         Time since the plant's start.
     """
@@ -253,11 +255,11 @@ class Plant:
         self._step_s = 1.0 / setup.step_hz
         self._steps = 0
         manager = self._fdm.get_property_manager()
-        self._readers = [(_node(manager, name).get_double_value, factor) for _, name, factor in CHANNELS]
+        self._readers = [_node(manager, name).get_double_value for _, name, _ in CHANNELS]
         self._writers = {name: _node(manager, name).set_double_value for name in _writable()}
         self._outside = _envelope(facts)
         self._clock_s = self._fdm["simulation/sim-time-sec"]
-        self.row: list[float] = [read() * factor for read, factor in self._readers]
+        self.row: list[float] = [read() for read in self._readers]
 
     @property
     def time_s(self) -> float:
@@ -270,7 +272,7 @@ class Plant:
         return self._clock_s + self.time_s
 
     def run(self, steps: int) -> list[float]:
-        """Fly a number of steps and log a row.
+        """Fly a number of steps and log a row; returns ``row``.
 
         Raises
         ------
@@ -281,11 +283,16 @@ class Plant:
         for _ in range(steps):
             run()
         self._steps += steps
-        self.row = row = [read() * factor for read, factor in self._readers]
+        self.row = row = [read() for read in self._readers]
         trouble = self._outside(row)
         if trouble:
             raise FlightTroubleError(trouble, row, self.time_s)
         return row
+
+    def value(self, name: str) -> float:
+        """A quantity of the last row, in SI units."""
+        index = COLUMN[name]
+        return self.row[index] * CHANNELS[index][2]
 
     def command(self, name: str, value: float) -> None:
         """Write a command or set point of the autopilot."""
@@ -301,7 +308,7 @@ class FlightTroubleError(DataError):
 
     def told(self, time_s: float) -> str:
         """One line that names time and state."""
-        value = {name: self.row[i] for name, i in COLUMN.items()}
+        value = {name: self.row[i] * CHANNELS[i][2] for name, i in COLUMN.items()}
         return (
             f"the flight {self.trouble} at t = {time_s:.1f} s: height {value['alt']:.0f} m, airspeed "
             f"{value['airspeed']:.1f} m/s, roll {math.degrees(value['roll']):.1f}, pitch "
