@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from magsim import columns
 from magsim.errors import RequestError
 from magsim.recording import Recording
 from magsim.storage import atomic_write
@@ -43,7 +44,9 @@ def plot_field(recording: Recording, sensor: str | None = None) -> "Figure":
 
 def plot_interference(recording: Recording, sensor: str | None = None) -> "Figure":
     """What each part of the aircraft adds to the scalar reading, in full and in the compensation band."""
-    return _figures().interference(recording, pick_sensor(recording, sensor))
+    sensor = pick_sensor(recording, sensor)
+    _need_truth(recording, sensor)
+    return _figures().interference(recording, sensor)
 
 
 def plot_spectrum(recording: Recording, sensor: str | None = None) -> "Figure":
@@ -63,6 +66,7 @@ def plot_residuals(recording: Recording, sensor: str, estimates: Mapping[str, np
     estimates : mapping of str to (n,) [nT]
         Interference that each method returned for the recording's rows.
     """
+    _need_truth(recording, sensor)
     return _figures().residuals(recording, sensor, estimates)
 
 
@@ -94,6 +98,14 @@ def pick_sensor(recording: Recording, sensor: str | None) -> str:
     return sensor
 
 
+def _need_truth(recording: Recording, sensor: str) -> None:
+    if columns.CLEAN.name(sensor=sensor) not in recording:
+        msg = (
+            f"recording {recording.name!r} has no truth for sensor {sensor!r}; this figure needs a simulated recording"
+        )
+        raise RequestError(msg)
+
+
 def save(figure: "Figure", path: Path, *, force: bool = False) -> None:
     """Write a figure as PNG or SVG by the ending of the path, atomically.
 
@@ -106,5 +118,9 @@ def save(figure: "Figure", path: Path, *, force: bool = False) -> None:
     if kind not in {"png", "svg"}:
         msg = f"{path}: a picture ends in .png or .svg, not {path.suffix!r}"
         raise RequestError(msg)
+    from matplotlib import rc_context
+
     metadata = {"png": {"Software": None}, "svg": {"Date": None}}[kind]
-    atomic_write(path, lambda part: figure.savefig(part, format=kind, metadata=metadata), force=force)
+    # Names inside an SVG are hashed with a salt that is random by default.
+    with rc_context({"svg.hashsalt": "magsim"}):
+        atomic_write(path, lambda part: figure.savefig(part, format=kind, metadata=metadata), force=force)

@@ -36,6 +36,11 @@ def _dress(axes: Axes, ylabel: str, *, xlabel: str = "") -> None:
         axes.spines[side].set_visible(False)
 
 
+def _legend_above(axes: Axes, ncols: int) -> None:
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False, ncols=ncols, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+
+
 def _runs(values: np.ndarray) -> list[tuple[int, int, float]]:
     """Runs of equal value: (first row, row after the last, value)."""
     cuts = np.flatnonzero(np.diff(values)) + 1
@@ -67,9 +72,9 @@ def _offsets(lat: np.ndarray, lon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:
-    """Heading with gaps where it passes north, so that no line runs across the plot."""
-    out = heading_deg.copy()
-    out[1:][np.abs(np.diff(heading_deg)) > 180.0] = np.nan
+    """Heading from -45 to 315 with gaps at the jump, so that no line runs across the plot and north stays whole."""
+    out = (heading_deg + 45.0) % 360.0 - 45.0
+    out[1:][np.abs(np.diff(out)) > 180.0] = np.nan
     return out
 
 
@@ -102,7 +107,7 @@ def flight(recording: Recording) -> Figure:
         axes.tick_params(labelbottom=False)
         if i == 0:
             axes.set_title("attitude and height; maneuvers shaded", fontsize=10, color=INK, loc="left")
-            axes.legend(fontsize=8, frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+            _legend_above(axes, 3)
     height = columns.TRUE_ALTITUDE.pattern
     axes = figure.add_subplot(grid[3, 1], sharex=first)
     _shade_maneuvers(axes, recording)
@@ -124,7 +129,7 @@ def field(recording: Recording, sensor: str) -> Figure:
     _dress(axes, "total field [nT]", xlabel="time [s]")
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.set_xlim(recording.time_s[0], recording.time_s[-1])
-    axes.legend(fontsize=8, frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    _legend_above(axes, 5)
     axes.set_title(f"{recording.name}: scalar magnetometer {sensor}", fontsize=10, color=INK, loc="left")
     return figure
 
@@ -210,7 +215,7 @@ def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndar
             after = max(after, 1.1 * float(np.max(np.abs(band[inner]))))
     for axes in grid[1:]:
         axes.set_ylim(-after, after)
-    grid[0].legend(fontsize=8, frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    _legend_above(grid[0], 3)
     grid[0].set_xlim(recording.time_s[0], recording.time_s[-1])
     figure.suptitle(f"{recording.name}, {sensor}: error against truth, 0.1 to 0.6 Hz", fontsize=10, color=INK)
     return figure

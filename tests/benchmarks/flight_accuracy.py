@@ -40,11 +40,12 @@ def main() -> None:
     flight = fly(loaded.scenario, loaded.aircraft)
     legs = [segment.length_m for segment in flight.segments if not segment.turn]
     wrong_leg = max(abs(length - loaded.scenario.pattern.leg_m) for length in legs)
-    circuits = max(segment.circuit for segment in flight.segments)
-    rows: list[Row] = [
-        at_most("leg_length_error_m", wrong_leg, "m", 100.0),
-        at_most("closure_m", max(closures_m(flight, circuits)), "m", 100.0),
-    ]
+    rows: list[Row] = [at_most("leg_length_error_m", wrong_leg, "m", 100.0)]
+    if loaded.scenario.pattern.kind == "box":
+        closures = closures_m(flight, loaded.scenario.pattern.circuits)
+        rows.append(at_most("closure_m", max(closures), "m", 100.0))
+    else:
+        rows.append(at_most("center_miss_m", max(flight.notes["center_miss_m"]), "m", 100.0))
     for axis in ("pitch", "roll", "yaw"):
         trains = [maneuver for maneuver in flight.maneuvers if maneuver.axis == axis]
         if trains:

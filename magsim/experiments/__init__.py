@@ -1,0 +1,1 @@
+"""Experiments: what joins simulating and scoring."""

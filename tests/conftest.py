@@ -1,0 +1,19 @@
+"""Recordings of the shipped scenarios, flown once for each test process."""
+
+import pytest
+
+from magsim.recording import Recording
+from magsim.scenario import load_scenario
+from magsim.simulation import simulate
+
+
+@pytest.fixture(scope="session")
+def calibration() -> Recording:
+    """The shipped calibration flight."""
+    return simulate(load_scenario("calibration_c208b"))
+
+
+@pytest.fixture(scope="session")
+def paper_world() -> Recording:
+    """The simulated world of paper 000."""
+    return simulate(load_scenario("papers/000_simulated"))

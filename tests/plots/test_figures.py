@@ -1,0 +1,70 @@
+"""Figures: drawn from a recording alone, written whole, and refused in plain words."""
+
+import numpy as np
+import pytest
+
+from magsim import plots
+from magsim.errors import RequestError
+from magsim.plots.figures import part_projections
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.mark.parametrize("kind", plots.KINDS)
+def test_every_kind_is_drawn_and_written_whole(kind, calibration, tmp_path):
+    target = tmp_path / f"{kind}.png"
+    plots.save(plots.KINDS[kind](calibration, None), target)
+    assert target.read_bytes().startswith(PNG)
+    assert target.stat().st_size > 20_000
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_the_same_recording_gives_the_same_picture(calibration, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        plots.save(plots.plot_field(calibration), tmp_path / name)
+    first, second = ((tmp_path / name).read_bytes() for name in ("a.svg", "b.svg"))
+    assert first == second
+
+
+def test_a_flight_without_truth_is_drawn_from_what_the_instruments_said(calibration, tmp_path):
+    plots.save(plots.plot_flight(calibration.blind()), tmp_path / "flight.png")
+    plots.save(plots.plot_field(calibration.blind()), tmp_path / "field.png")
+
+
+def test_parts_along_the_background_add_up_to_the_projection_label(calibration):
+    total = np.sum(list(part_projections(calibration, "cabin").values()), axis=0)
+    # The label is filtered after the product, the parts before: a difference of second order in what the filter takes.
+    np.testing.assert_allclose(total, calibration["projection_cabin_nt"], atol=5e-3)
+
+
+def test_track_lies_where_the_aircraft_flew(calibration):
+    axes = plots.plot_flight(calibration).axes[0]
+    east = np.concatenate([line.get_xdata() for line in axes.lines])
+    north = np.concatenate([line.get_ydata() for line in axes.lines])
+    # A square of 10 km legs with turns of about 1.3 km radius, north first, then to the right.
+    assert 12.0 < np.ptp(east) < 13.5
+    assert 12.0 < np.ptp(north) < 13.5
+    assert east.max() > 12.0
+
+
+def test_unknown_sensor_is_named_with_those_that_there_are(calibration):
+    with pytest.raises(RequestError, match="'kitchen'.*allowed: cabin"):
+        plots.plot_field(calibration, "kitchen")
+
+
+def test_interference_needs_truth(calibration):
+    with pytest.raises(RequestError, match="truth"):
+        plots.plot_interference(calibration.blind())
+
+
+def test_only_png_and_svg_are_written(calibration, tmp_path):
+    with pytest.raises(RequestError, match=r"\.png or \.svg"):
+        plots.save(plots.plot_field(calibration), tmp_path / "field.bmp")
+
+
+def test_an_existing_picture_stays(calibration, tmp_path):
+    target = tmp_path / "field.png"
+    target.write_bytes(b"mine")
+    with pytest.raises(RequestError, match="--force"):
+        plots.save(plots.plot_field(calibration), target)
+    assert target.read_bytes() == b"mine"
