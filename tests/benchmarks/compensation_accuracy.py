@@ -77,7 +77,7 @@ def linear_residuals(truth: FieldTruth, recording: Recording) -> dict[str, float
     fast = truth.part("earth", truth.mounts[0])
     fast_cosines = fast / np.linalg.norm(fast, axis=1, keepdims=True)
     decimator = signals.Decimator(round(truth.rate_hz), round(recording.rate_hz))
-    first = int(round(-truth.time_s[0] * truth.rate_hz))
+    first = round(-truth.time_s[0] * truth.rate_hz)
     rates = {
         "central": signals.derivative(cosines, recording.rate_hz),
         "spline": signals.spline_derivative(cosines, recording.rate_hz),

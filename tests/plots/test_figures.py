@@ -48,7 +48,7 @@ def test_track_lies_where_the_aircraft_flew(calibration):
 
 
 def test_unknown_sensor_is_named_with_those_that_there_are(calibration):
-    with pytest.raises(RequestError, match="'kitchen'.*allowed: cabin"):
+    with pytest.raises(RequestError, match=r"'kitchen'.*allowed: cabin"):
         plots.plot_field(calibration, "kitchen")
 
 
