@@ -90,12 +90,6 @@ def test_the_same_recording_gives_the_same_bytes_in_another_process_at_another_t
     assert (tmp_path / "again.h5").read_bytes() == path.read_bytes()
 
 
-def test_the_file_says_nothing_of_the_machine(path):
-    data = path.read_bytes()
-    for word in (str(path.parent).encode(), os.uname().nodename.encode() + b"\0"):
-        assert word not in data
-
-
 @pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
 def test_xarray_opens_it(path, engine):
     with xr.open_dataset(path, engine=engine, group="flights/000001") as dataset:

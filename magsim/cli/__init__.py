@@ -26,7 +26,7 @@ COMMANDS = {
 
 INTERRUPTED = 130
 TERMINATED = 143
-BROKEN_PIPE = 141
+BROKEN_PIPE = 1  # as click itself has it
 
 
 class LazyGroup(click.Group):

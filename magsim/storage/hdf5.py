@@ -85,7 +85,7 @@ def damaged(path: Path, error: Exception) -> DataError:
     lines = str(error).splitlines() or [type(error).__name__]
     if "truncated" in lines[0]:
         return DataError(f"{path}: is truncated: it ends before its data do")
-    return DataError(f"{path}: is damaged: HDF5 says: {lines[0][:200]}")
+    return DataError(f"{path}: is damaged: HDF5 cannot read it ({lines[0][:200]})")
 
 
 class Reader:

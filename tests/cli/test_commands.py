@@ -1,0 +1,224 @@
+"""The command line as users meet it: output, exit codes, messages."""
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import magsim
+from magsim import cli
+from magsim.recording import Recording, file
+
+MAGSIM = [sys.executable, "-m", "magsim"]
+
+
+def magsim_run(*args: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*MAGSIM, *args], cwd=cwd, capture_output=True, text=True, check=False, env={**os.environ, **environment}
+    )
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def small(name: str = "small") -> Recording:
+    n = 60
+    segments = {"circuit": np.ones(n), "leg": np.repeat([1.0, 2.0], n // 2), "split": np.repeat([0.0, 2.0], n // 2)}
+    maneuver = {"axis": "pitch", "circuit": 1, "leg": 1, "asked_deg": 5.0, "flown_deg": 5.02, "period_s": 6.0}
+    meta = {"seed": 7, "digest": "ab" * 32, "version": "0.1.0", "maneuvers": [maneuver]}
+    data = {"mag_cabin_nt": np.linspace(0, 1, n), "flux_f_x_nt": np.zeros(n), **segments}
+    return Recording(name, np.arange(n) * 0.1, data, meta)
+
+
+def test_help_and_version(here, capsys):
+    assert cli.main(["--help"]) == 0
+    text = capsys.readouterr().out
+    for command in cli.COMMANDS:
+        assert f"\n  {command} " in text
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out == f"magsim {magsim.__version__}\n"
+
+
+def test_help_imports_only_click(here):
+    code = (
+        "import sys; from magsim.cli import main; main(['--help'])\n"
+        "heavy = {'numpy', 'pydantic', 'h5py', 'rich', 'jsbsim', 'torch'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True).stderr == b"[]\n"
+
+
+@pytest.mark.parametrize(
+    ("args", "text"),
+    [
+        (["generat"], "there is no command 'generat' (did you mean 'generate'?)"),
+        (["generate"], "Missing argument 'SCENARIO'"),
+        (["generate", "x", "--sat", "a=1"], "No such option"),
+    ],
+)
+def test_wrong_usage_is_exit_2(here, capsys, args, text):
+    assert cli.main(args) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_schema_is_json(here, capsys):
+    assert cli.main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert "aircraft" in schema["properties"]
+
+
+def test_info_tells_what_a_recording_holds(here, capsys):
+    small().write("small.h5")
+    assert cli.main(["info", "small.h5"]) == 0
+    out = capsys.readouterr().out
+    for words in ("small   60    10       5.9         cabin           f", "seed     7", "mag_{sensor}_nt", "ab" * 32):
+        assert words in out
+    assert "1        2    leg   -            test   3.0      30" in out
+    assert "1        1    pitch  -        6         -       5          5.02" in out
+
+
+def test_info_lists_several_flights(here, capsys):
+    file.write(Path("a.h5"), [small("one"), small("two")])
+    assert cli.main(["info", "a.h5"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("Flights\n")
+    assert "one" in out
+    assert "two" in out
+    assert "Columns" not in out
+
+
+def test_info_on_a_terminal_shows_tables(here):
+    small().write("small.h5")
+    leader, follower = pty.openpty()
+    environment = {**os.environ, "COLUMNS": "150", "TERM": "xterm"}
+    subprocess.run([*MAGSIM, "info", "small.h5"], stdout=follower, env=environment, check=True)
+    os.close(follower)
+    shown = os.read(leader, 65536).decode()
+    os.close(leader)
+    assert "─" in shown
+    assert "small" in shown
+
+
+def test_control_characters_of_a_file_do_not_reach_the_terminal(here, capsys):
+    recording = small()
+    evil = Recording(recording.name, recording.time_s, recording.data, {"seed": 1, "version": "\x1b[31mred"})
+    evil.write("evil.h5")
+    assert cli.main(["info", "evil.h5"]) == 0
+    assert "\x1b" not in capsys.readouterr().out
+    assert cli.main(["info", "no\x1b[31m.h5"]) == 2
+    err = capsys.readouterr().err
+    assert err == "no\\x1b[31m.h5: there is no such file\n"
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "error"),
+    [
+        (["info", "no.h5"], 2, "no.h5: there is no such file\n"),
+        (["info", "text.h5"], 3, "text.h5: is not an HDF5 file, so it is no recording\n"),
+        (["info", "cut.h5"], 3, "cut.h5: is truncated: it ends before its data do\n"),
+        (["info", "folder"], 2, "folder: this folder has no recording (*.h5)\n"),
+        (["generate", "s.toml"], 2, "s.toml:3: is not TOML: Invalid value (column 1)\n"),
+        (
+            ["generate", "calibration_c208b", "-o", "no/x.h5"],
+            2,
+            "cannot write no/x.h5: there is no folder no; make it first, or give another path\n",
+        ),
+        (["generate", "calibration_c208b", "-o", "text.h5"], 2, "text.h5 exists already; --force replaces it\n"),
+        (
+            ["generate", "calibration_c208b", "--set", "start.alt_m=-1", "--set", "seed=x"],
+            2,
+            (
+                "--set start.alt_m: -1 is not allowed; allowed: a number above 0\n"
+                "--set seed: 'x' is text; allowed: a whole number of 0 or more, below 9223372036854775808\n"
+            ),
+        ),
+    ],
+)
+def test_failures_are_plain_lines_and_leave_nothing(here, capsys, args, code, error):
+    (here / "text.h5").write_text("this is no recording")
+    (here / "folder").mkdir()
+    (here / "s.toml").write_text("schema = 1\nseed = [\n= 3]\n")
+    small().write("whole.h5")
+    (here / "cut.h5").write_bytes((here / "whole.h5").read_bytes()[:2000])
+    before = sorted(here.rglob("*"))
+    assert cli.main(args) == code
+    captured = capsys.readouterr()
+    assert captured.err == error
+    assert captured.out == ""
+    assert sorted(here.rglob("*")) == before
+
+
+def test_long_messages_are_not_wrapped(here):
+    (here / "s.toml").write_text("schema = 1\nsensor_with_a_name = 1\n")
+    run = magsim_run("generate", "s.toml", cwd=here, COLUMNS="40")
+    assert run.returncode == 2
+    lines = run.stderr.splitlines()
+    assert all(line.startswith("s.toml:") for line in lines)
+    assert max(map(len, lines)) > 100
+    assert "Traceback" not in run.stderr
+
+
+def test_a_reader_that_stops_early_is_no_error(here):
+    with subprocess.Popen([*MAGSIM, "schema"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+        run.stdout.close()
+        assert run.stderr.read() == b""
+    assert run.returncode == cli.BROKEN_PIPE
+
+
+SHORT = ("pattern.circuits=1", "pattern.leg_m=4000", 'pattern.maneuvers=[{ axis = "roll", amplitude_deg = 10 }]')
+
+
+def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
+    """Another folder, name instead of path, thread count, time zone, empty cache, hash seed."""
+    source = Path(magsim.__file__).parents[1] / "scenarios" / "calibration_c208b.toml"
+    runs = [
+        (["generate", str(source)], {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "TZ": "UTC"}),
+        (
+            ["generate", "calibration_c208b"],
+            {"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2", "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "5"},
+        ),
+        (["generate", "calibration_c208b.toml"], {"LC_ALL": "C", "HOME": str(here)}),
+    ]
+    seen = set()
+    for number, (args, environment) in enumerate(runs):
+        folder = here / str(number)
+        folder.mkdir()
+        cache = {"MAGSIM_CACHE": str(here / ("cache_a" if number != 1 else "cache_b"))}
+        run = magsim_run(*args, *(f"--set={override}" for override in SHORT), cwd=folder, **environment, **cache)
+        assert run.returncode == 0, run.stderr
+        assert run.stderr == ""
+        assert [path.name for path in folder.iterdir()] == ["calibration_c208b.h5"]
+        seen.add((folder / "calibration_c208b.h5").read_bytes())
+    assert len(seen) == 1
+    loaded = Recording.read(here / "0" / "calibration_c208b.h5")
+    assert loaded.meta["overrides"] == list(SHORT)
+    data = seen.pop()
+    for word in (str(here), str(source.parent)):
+        assert word.encode() not in data
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_run_leaves_nothing(here, number, code):
+    code_of_run = (
+        "import sys; from magsim.cli import main; print('ready', file=sys.stderr, flush=True)\n"
+        "sys.exit(main(['generate', 'calibration_c208b']))"
+    )
+    with subprocess.Popen([sys.executable, "-c", code_of_run], stderr=subprocess.PIPE, text=True) as run:
+        assert run.stderr.readline() == "ready\n"
+        time.sleep(0.7)
+        run.send_signal(number)
+        _, error = run.communicate(timeout=30)
+    assert run.returncode == code
+    assert "Traceback" not in error
+    assert list(here.iterdir()) == []
