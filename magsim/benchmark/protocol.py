@@ -210,13 +210,13 @@ def _judge(
         )
         raise DataError(msg)
     pooled = {key: np.concatenate([part[key] for part in kept]) for key in kept[0]}
-    scores = _scores(pooled)
-    rows = [Row(name, recording, WHOLE, metric, value) for metric, value in scores.items()]
-    return rows + [
-        Row(name, recording, segment, metric, value)
+    found = [(WHOLE, _scores(pooled))]
+    found += [
+        (segment, _spreads({key: values[mask] for key, values in pooled.items()}))
         for segment, mask in _segments(pooled)
-        for metric, value in _spreads({key: values[mask] for key, values in pooled.items()}).items()
     ]
+    found += _peaks(pooled)
+    return [Row(name, recording, segment, metric, v) for segment, scores in found for metric, v in scores.items()]
 
 
 def _measure(
@@ -288,35 +288,45 @@ def _spreads(pooled: dict[str, np.ndarray]) -> dict[str, float]:
 def _scores(pooled: dict[str, np.ndarray]) -> dict[str, float]:
     """All scores of a recording, without those that need what it does not have."""
     out = _spreads(pooled)
-    flown = columns.LEG_HEADING.pattern in pooled and columns.MANEUVER.pattern in pooled
     if "error" in pooled:
         out["rmse_nt"] = metrics.rmse(pooled["broadband"])
         out["rmse0_nt"] = metrics.rmse_0(pooled["broadband"])
-    for metric, key in (("fom_nt", "error"), ("fom_paper_nt", "compensated")):
-        if flown and key in pooled:
-            cells = metrics.fom_cells(
-                pooled[key], pooled[columns.LEG_HEADING.pattern], pooled[columns.MANEUVER.pattern]
-            )
-            out[metric] = metrics.fom(cells)
+    peaks = _peaks(pooled)
+    for total, single in (("fom_nt", "peak_nt"), ("fom_paper_nt", "peak_paper_nt")):
+        cells = [scores[single] for _, scores in peaks if single in scores]
+        if cells:
+            out[total] = metrics.fom(cells)
     out["gain"] = gain(pooled["change"], pooled["injected"])
     return out
 
 
 def _segments(pooled: dict[str, np.ndarray]) -> list[tuple[str, np.ndarray]]:
-    """Names and rows of the headings (straight legs) and maneuvers, and of both together."""
-    if columns.LEG_HEADING.pattern not in pooled or columns.MANEUVER.pattern not in pooled:
+    """Names and rows of the headings (straight legs) and of the maneuvers."""
+    if not _flown(pooled):
         return []
     heading, maneuver = pooled[columns.LEG_HEADING.pattern], pooled[columns.MANEUVER.pattern]
     straight = pooled.get(columns.TURN.pattern, np.zeros(len(heading))) == 0.0
-    kinds = {number: word for number, word in columns.MANEUVERS.items() if number != 0}
     found = [(f"heading {value:g}", straight & (heading == value)) for value in np.unique(heading[straight])]
-    found += [(word, maneuver == number) for number, word in kinds.items()]
-    found += [
-        (f"heading {value:g} {word}", (heading == value) & (maneuver == number))
-        for value in np.unique(heading[straight])
-        for number, word in kinds.items()
-    ]
+    found += [(word, maneuver == number) for number, word in columns.MANEUVERS.items() if number != 0]
     return [(name, mask) for name, mask in found if mask.any()]
+
+
+def _peaks(pooled: dict[str, np.ndarray]) -> list[tuple[str, dict[str, float]]]:
+    """Maximum minus minimum of each maneuver on each heading: the terms of the figure of merit."""
+    if not _flown(pooled):
+        return []
+    heading, maneuver = pooled[columns.LEG_HEADING.pattern], pooled[columns.MANEUVER.pattern]
+    out: dict[str, dict[str, float]] = {}
+    for metric, key in (("peak_nt", "error"), ("peak_paper_nt", "compensated")):
+        if key in pooled:
+            for cell, value in metrics.fom_cells(pooled[key], heading, maneuver).items():
+                name = f"heading {cell.heading:g} {columns.MANEUVERS[int(cell.maneuver)]}"
+                out.setdefault(name, {})[metric] = value
+    return list(out.items())
+
+
+def _flown(pooled: dict[str, np.ndarray]) -> bool:
+    return columns.LEG_HEADING.pattern in pooled and columns.MANEUVER.pattern in pooled
 
 
 def _ratio(before: float, after: float) -> float:

@@ -18,18 +18,27 @@ METRICS = {
     "rmse_nt": "root of the mean squared error, broadband with offset",
     "rmse0_nt": "the same with the mean removed",
     "fom_nt": "figure of merit: maximum minus minimum of the in-band error of each maneuver, summed over headings",
+    "peak_nt": "maximum minus minimum of the in-band error of one maneuver",
     "gain": "share of an injected anomaly that is left: must be within 0.05 of 1",
     "std_paper_nt": "STD of the compensated reading in 0.1 to 0.6 Hz, the papers' STD: clean field counts as error",
     "ir_paper": "the papers' ratio, of the reading over the compensated reading: rewards smooth output",
     "fom_paper_nt": "figure of merit of the compensated reading",
+    "peak_paper_nt": "maximum minus minimum of the compensated reading in band during one maneuver",
 }
 """Metrics in the order of the table, with their meaning."""
+
+SEGMENT_TABLES = {
+    "STD in band [nT] by heading (straight legs) and by maneuver": ("std_nt", "std_paper_nt"),
+    "maximum minus minimum in band [nT] of each maneuver": ("peak_nt", "peak_paper_nt"),
+}
+"""Tables of parts of a flight: title, and the metric with its stand-in where there is no truth."""
 
 
 class Row(NamedTuple):
     """One value: method x recording x segment x metric.
 
-    ``segment`` is ``test`` for all test rows, else ``heading 90``, ``roll`` or ``heading 90 roll``.
+    ``segment`` is ``test`` for all test rows, else the straight legs of a heading (``heading 90``), a maneuver
+    (``roll``), or one maneuver on one heading (``heading 90 roll``).
     """
 
     method: str
@@ -121,9 +130,9 @@ class Report:
         for recording in self.recordings:
             title = f"{recording}, sensor {self.sensor}"
             blocks += [title, self._whole_table(recording, times=times), ""]
-            parts = self._segment_table(recording)
-            if parts:
-                blocks += ["in-band STD [nT] by heading and maneuver", parts, ""]
+            for title, metrics in SEGMENT_TABLES.items():
+                table = self._segment_table(recording, metrics)
+                blocks += [title, table, ""] if table else []
         blocks += [f"note: {note}" for note in self.notes]
         return "\n".join(blocks).rstrip("\n") + "\n"
 
@@ -139,16 +148,14 @@ class Report:
             lines.append(line)
         return _align(header, lines)
 
-    def _segment_table(self, recording: str) -> str:
-        """In-band STD of each part of the flight, against truth where there is one."""
+    def _segment_table(self, recording: str, metrics: tuple[str, ...]) -> str:
+        """Parts of the flight by method, in the first of the metrics that the recording has."""
         found = [r for r in self.rows if r.recording == recording and r.segment != WHOLE]
-        metric = next((m for m in ("std_nt", "std_paper_nt") if any(r.metric == m for r in found)), None)
-        cells = {(r.method, r.segment): r.value for r in found if r.metric == metric}
-        segments = list(dict.fromkeys(segment for _, segment in cells))
-        if not segments:
-            return ""
-        lines = [[m, *(_show(cells.get((m, s)), "std_nt") for s in segments)] for m in self.methods]
-        return _align(["method", *segments], lines)
+        metric = next((m for m in metrics if any(r.metric == m for r in found)), None)
+        cells = {(r.segment, r.method): r.value for r in found if r.metric == metric}
+        segments = list(dict.fromkeys(segment for segment, _ in cells))
+        lines = [[s, *(_show(cells.get((s, m)), str(metric)) for m in self.methods)] for s in segments]
+        return _align(["segment", *self.methods], lines) if lines else ""
 
 
 def _show(value: float | None, metric: str) -> str:

@@ -262,15 +262,18 @@ class TollesLawson(Compensator):
             raise ValueError(msg)
 
 
-def in_band(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+def in_band(values: np.ndarray, time_s: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
     """Rows of (n, ...) in 0.1 to 0.6 Hz: each piece filtered by itself, its ends left out.
 
-    Pieces that are shorter than both ends together give no rows.
+    Pieces that are shorter than both ends together give no rows. With a mask ``rows`` only those are given, filtered
+    together with the others.
     """
     rate_hz = 1.0 / np.median(np.diff(time_s))
     parts = [values[:0]]
     for span in spans(time_s):
         keep = metrics.crop(time_s[span])
+        if rows is not None:
+            keep &= rows[span]
         if keep.any():
             parts.append(signals.band_pass(values[span], rate_hz)[keep])
     return np.concatenate(parts)

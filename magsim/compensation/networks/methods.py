@@ -35,7 +35,7 @@ class MagTCNCompensator(ResidualNetwork):
     name = "magtcn"
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         # Seconds on one core: for the demonstration.
-        "demo": {"width": 4, "steps": 600, "batch": 8, "every": 50},
+        "demo": {"width": 4, "steps": 1000, "batch": 8, "every": 50},
         # Minutes on one core.
         "cpu": {"width": 8, "steps": 3000, "batch": 16, "every": 100},
         # The paper's sizes and recipe, 200 epochs of windows at every offset: days on a CPU.
@@ -52,6 +52,7 @@ class MagTCNCompensator(ResidualNetwork):
             "learning_rate": 1e-3,
             "decay": False,
             "every": 100,
+            "hold_out": "legs",
             "refit": False,
         },
     }
@@ -81,6 +82,7 @@ class MagTCNCompensator(ResidualNetwork):
         decay: bool = True,
         every: Count = 100,
         patience: Count = 10,
+        hold_out: Literal["blocks", "legs"] = "blocks",
         refit: bool = True,
         threads: Count = 1,
     ) -> None:
@@ -106,6 +108,7 @@ class MagTCNCompensator(ResidualNetwork):
         self.decay = decay
         self.every = every
         self.patience = patience
+        self.hold_out = hold_out
         self.refit = refit
         self.threads = threads
 
@@ -151,6 +154,7 @@ class BPCompensator(ResidualNetwork):
             "per": "window",
             "hidden": (112,),
             "activation": "relu",
+            "features": ("tl16", "attitude"),
             "first_stage": "none",
             "band_weight": 0.0,
             "steps": 3500,
@@ -158,6 +162,7 @@ class BPCompensator(ResidualNetwork):
             "learning_rate": 1e-3,
             "decay": False,
             "every": 100,
+            "hold_out": "legs",
             "refit": False,
         },
         # Paper 001: 18 columns, one sample at a time. Sizes are not printed.
@@ -173,6 +178,7 @@ class BPCompensator(ResidualNetwork):
             "learning_rate": 1e-3,
             "decay": False,
             "every": 100,
+            "hold_out": "legs",
             "refit": False,
         },
     }
@@ -183,7 +189,7 @@ class BPCompensator(ResidualNetwork):
         per: Literal["sample", "window"] = "sample",
         hidden: Annotated[tuple[Count, ...], Field(min_length=1)] = (32, 32),
         activation: Literal["relu", "tanh", "gelu"] = "tanh",
-        features: Features = ("tl16", "attitude"),
+        features: Features = ("tl16",),
         first_stage: Stage = "tl16",
         stage_band: Literal["in", "broad"] = "in",
         fluxgate: str | None = None,
@@ -199,6 +205,7 @@ class BPCompensator(ResidualNetwork):
         decay: bool = True,
         every: Count = 100,
         patience: Count = 10,
+        hold_out: Literal["blocks", "legs"] = "blocks",
         refit: bool = True,
         threads: Count = 1,
     ) -> None:
@@ -221,6 +228,7 @@ class BPCompensator(ResidualNetwork):
         self.decay = decay
         self.every = every
         self.patience = patience
+        self.hold_out = hold_out
         self.refit = refit
         self.threads = threads
 

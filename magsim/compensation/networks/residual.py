@@ -21,6 +21,7 @@ from torch import nn
 from magsim import columns
 from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate
 from magsim.compensation.features import Inputs, Standardizer, design, requirements, spans
+from magsim.compensation.networks.holdout import Watched, blocks, whole
 from magsim.compensation.networks.losses import ResidualLoss, TutoredLoss, band_matrix
 from magsim.compensation.tolles_lawson import Nothing, TollesLawson, in_band
 from magsim.errors import DataError, RequestError
@@ -40,6 +41,9 @@ from magsim.training import (
 )
 
 WEIGHTS = "weights.safetensors"
+TOLERANCE = 1.1
+"""How much worse than the best a validation value may be and still count as about as good."""
+
 LEAST_NT = 1e-6
 """Smallest scale of a residual: below it there is nothing to learn."""
 
@@ -66,12 +70,11 @@ class _Fitted:
 class ResidualNetwork(Compensator):
     """Common half of the neural methods: everything but the network itself.
 
-    With validation recordings the training has two runs. The first learns from the training recordings alone and
-    finds the number of steps after which the in-band error on the validation recordings is least. The second learns
-    from both for that many steps (Goodfellow, Bengio and Courville, Deep Learning, 2016, algorithm 7.2): a heading
-    that no training leg has flown cannot be learned otherwise. ``refit=False`` keeps the state of the first.
-    In each run the best state is kept, and an untrained network puts out nothing, so a run that never helps leaves
-    the Tolles-Lawson stage as it was.
+    The training has two runs. The first learns from a part of the calibration and finds the number of steps after
+    which the in-band error on the rest, which it never learned from, is about least. The second learns from all of
+    it for that many steps (Goodfellow, Bengio and Courville, Deep Learning, 2016, algorithm 7.2). ``refit=False``
+    keeps the best state of the first. An untrained network puts out nothing, and step 0 counts: where training never
+    helps, the estimate is that of the Tolles-Lawson stage.
 
     Subclasses give the network, ``last`` (it puts out the last sample of a window only) and their own parameters.
     All share these:
@@ -99,6 +102,10 @@ class ResidualNetwork(Compensator):
         Decay rate v of paper 000's loss for each epoch; 0 learns the truth alone.
     surgery : bool
         Free the gradients of the two losses of ``tutor`` from conflicts.
+    hold_out : {"blocks", "legs"}
+        What the first run is judged on: blocks of time out of training and validation recordings, or the validation
+        recordings. A validation leg flies a heading that no training leg has taught, so ``legs`` stops too early,
+        often at step 0 (measured: shipped calibration flight, IR 61 against 560 with ``blocks``).
     steps, batch, learning_rate, decay, every, patience, threads
         See ``magsim.training.Plan``.
     refit : bool
@@ -131,6 +138,7 @@ class ResidualNetwork(Compensator):
     decay: bool
     every: int
     patience: int
+    hold_out: Literal["blocks", "legs"]
     refit: bool
     threads: int
 
@@ -169,7 +177,7 @@ class ResidualNetwork(Compensator):
         Parameters
         ----------
         train, valid, sensor, seed
-            As in ``Compensator.fit``. Without ``valid`` the number of steps is ``steps``.
+            As in ``Compensator.fit``. With ``hold_out="legs"`` and no ``valid`` the second run alone is made.
         progress : callable, optional
             Told at each validation.
         checkpoint : Path, optional
@@ -181,14 +189,15 @@ class ResidualNetwork(Compensator):
         for recording in (*train, *valid):
             self._check_rate(recording)
         run = _Runs(self, sensor, seed, progress, checkpoint)
+        both = [*train, *valid]
+        learned, watched = blocks(both) if self.hold_out == "blocks" else (train, whole(valid))
         steps = self.steps
         self.outcomes_: dict[str, Outcome] = {}
-        if valid:
-            fitted, self.outcomes_["select"] = run("select", train, valid, self.steps)
-            steps = self.outcomes_["select"].best_step
-        if not valid or self.refit:
-            both = [*train, *valid]
-            fitted, self.outcomes_["refit"] = run("refit", both, both, steps)
+        if watched:
+            fitted, self.outcomes_["select"] = run("select", learned, watched, steps)
+            steps = enough_steps(self.outcomes_["select"])
+        if not watched or self.refit:
+            fitted, self.outcomes_["refit"] = run("refit", both, whole(both), steps)
         self._fitted = fitted
         self.sensor_ = sensor
         return self
@@ -300,6 +309,16 @@ class ResidualNetwork(Compensator):
         self._fitted.module.eval()
 
 
+def enough_steps(outcome: Outcome) -> int:
+    """Steps for a second run: the last that did about as well as the best, 0 if none beat the start.
+
+    The curve is flat and noisy near its least value, and a second run with more data bears more steps.
+    """
+    if outcome.best_step == 0:
+        return 0
+    return max(step for step, _, value in outcome.history if value <= TOLERANCE * outcome.best_value)
+
+
 @dataclass(frozen=True)
 class _Runs:
     """Makes the training runs of one fit."""
@@ -311,7 +330,7 @@ class _Runs:
     checkpoint: Path | None
 
     def __call__(
-        self, phase: str, recordings: Sequence[Recording], watched: Sequence[Recording], steps: int
+        self, phase: str, recordings: Sequence[Recording], watched: Sequence[Watched], steps: int
     ) -> tuple[_Fitted, Outcome]:
         """Fit stage and network on recordings; the best state by the in-band error on the watched ones."""
         owner = self.owner
@@ -399,30 +418,32 @@ class _Runs:
             return TutoredLoss(truth, owner.tutor, rows / (owner.batch * (1 if owner.last else owner.window)))
         return truth
 
-    def _watch(self, fitted: _Fitted, watched: Sequence[Recording]) -> Callable[[nn.Module], float]:
-        """In-band STD of the error on the watched recordings [nT], as a function of the network."""
+    def _watch(self, fitted: _Fitted, watched: Sequence[Watched]) -> Callable[[nn.Module], float]:
+        """In-band STD of the error on the watched rows [nT], as a function of the network."""
         owner = self.owner
         parts = [
             (
                 recording.time_s,
                 owner.network_inputs(fitted, recording),
                 labels(recording, self.sensor) - fitted.stage.interference(recording) - fitted.mean,
+                rows,
             )
-            for recording in watched
+            for recording, rows in watched
         ]
 
         def measure(module: nn.Module) -> float:
             kept = []
-            for time_s, inputs, rest in parts:
+            for time_s, inputs, rest, rows in parts:
                 out = owner.apply(module, inputs, time_s)
                 known = np.isfinite(out)
-                if known.any():
-                    kept.append(in_band((rest - fitted.scale * out)[known], time_s[known]))
+                if known.sum() >= 2:
+                    # rows beside what is watched are filtered with it, so that a block needs no cropping
+                    kept.append(in_band((rest - fitted.scale * out)[known], time_s[known], rows[known]))
             errors = np.concatenate(kept) if kept else np.empty(0)
             if not len(errors):
                 msg = (
-                    f"method {owner.name}: no validation piece is longer than the warm-up of {owner.warmup_s:g} s and "
-                    "the 60 s that the band-pass spoils"
+                    f"method {owner.name}: no row to stop training by is left after the warm-up of "
+                    f"{owner.warmup_s:g} s and the 30 s that the band-pass spoils at each end of a piece"
                 )
                 raise DataError(msg)
             return float(errors.std())
