@@ -17,8 +17,8 @@ from magsim.flight.plant import FlightTroubleError, Setup, trim
 from magsim.storage import cached
 
 LOG_HZ = 30
-LOWEST_M = 1000.0
-"""Lower flights are calibrated here, clear of the ground; the density differs by a tenth at most."""
+LOWEST_M = 500.0
+"""Lower flights are calibrated here, clear of the ground; the density differs by a twentieth at most."""
 
 
 def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: float, step_hz: int) -> LoopResponse:

@@ -13,11 +13,15 @@ from typing import NamedTuple
 from magsim.aircraft.facts import Facts
 from magsim.flight.maneuvers import Sweep
 from magsim.flight.patterns import Element
+from magsim.flight.plant import crab_heading
 from magsim.units import G0
 
 TICK_HZ = 10
 FOOT_M = 0.2
 """Newton's steps to the foot of the aircraft on the path end below this; the error left is its square over R."""
+
+WIND_S = 6.0
+"""Time over which the wind is smoothed."""
 
 QUIET_GAIN, QUIET_OMEGA = 0.5, 0.2
 """The course loop during a roll train: at most this part of its gain, and of the train's angular frequency."""
@@ -75,6 +79,7 @@ class Guidance:
         self._intercept = gains.intercept_limit.value
         self._lead_s = gains.bank_lag.value
         self._held: float | None = None
+        self._wind = (0.0, 0.0)
         self._swing_course, self._swing_off_m = 0.0, 0.0
         self._off_m = 0.0
         self._place = path[0].at(along_m)
@@ -110,15 +115,26 @@ class Guidance:
         lead, hold_height = self._lead_bank(speed, motion), "pitch" not in axes
         if "yaw" in axes:
             if self._held is None:
-                self._held = motion.heading + error
+                course = math.atan2(motion.v_east, motion.v_north) + error
+                self._held = crab_heading(motion.airspeed, course, self._wind)
             return Order(self._held % (2.0 * math.pi), 0.0, False, True, hold_height)
         self._held = None
+        if not axes:
+            self._feel_wind(motion)
         if "roll" in axes:
             bank = lead + gain * motion.airspeed / G0 * (error + self._swing_course)
             return Order(motion.heading % (2.0 * math.pi), bank, False, False, hold_height)
         # The set point stands still for a tick while the heading turns: give it the turn of half a tick.
         ahead = 0.5 / TICK_HZ * speed * place.curvature
         return Order((motion.heading + error + ahead) % (2.0 * math.pi), lead, True, False, hold_height)
+
+    def _feel_wind(self, motion: Motion) -> None:
+        """Wind as the difference of motion over ground and through the air, smoothed; only while nothing swings."""
+        heading = motion.heading
+        north = motion.v_north - motion.airspeed * math.cos(heading)
+        east = motion.v_east - motion.airspeed * math.sin(heading)
+        part = 1.0 / (WIND_S * TICK_HZ)
+        self._wind = self._wind[0] + part * (north - self._wind[0]), self._wind[1] + part * (east - self._wind[1])
 
     def _swing(self, time_s: float, speed: float, sweeps: Sequence[Sweep]) -> None:
         """Course and distance from the path that a roll train alone makes: turn rate g tan(bank) / V, integrated."""

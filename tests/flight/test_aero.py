@@ -69,9 +69,7 @@ def test_stall_speed_is_that_of_the_handbook(cessna: Aircraft) -> None:
     assert stall / 0.514444 == pytest.approx(75.0, abs=3.0)
 
 
-def test_trim_balances_weight_and_moment(
-    trimmed: jsbsim.FGFDMExec, cessna: Aircraft, d: Derivatives
-) -> None:
+def test_trim_balances_weight_and_moment(trimmed: jsbsim.FGFDMExec, cessna: Aircraft, d: Derivatives) -> None:
     alpha, elevator = trimmed["aero/alpha-rad"], trimmed["fcs/elevator-pos-rad"]
     pressure = 0.5 * trimmed["atmosphere/rho-slugs_ft3"] * 515.378819 * SPEED**2
     lift = pressure * cessna.facts.geometry.wing_area.value * (d.cl_0 + d.cl_alpha * alpha + d.cl_elevator * elevator)
