@@ -26,6 +26,7 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     The same scenario, settings and version write the same bytes.
     """
     from magsim import storage
+    from magsim.cli.interrupts import held
     from magsim.cli.progress import stages
     from magsim.scenario import load_scenario
 
@@ -33,7 +34,8 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     target = output or Path(f"{loaded.name}.h5")
     storage.check_target(target, force=force)
 
-    from magsim.simulation import simulate
+    with held():
+        from magsim.simulation import simulate
 
     with stages(quiet=quiet) as progress:
         recording = simulate(loaded, progress=progress)

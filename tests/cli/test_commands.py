@@ -14,6 +14,7 @@ import pytest
 
 import magsim
 from magsim import cli
+from magsim.cli.interrupts import held
 from magsim.recording import Recording, file
 
 MAGSIM = [sys.executable, "-m", "magsim"]
@@ -206,6 +207,23 @@ def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
     data = seen.pop()
     for word in (str(here), str(source.parent)):
         assert word.encode() not in data
+
+
+def test_an_interrupt_is_held_back_not_lost():
+    seen = []
+
+    def load() -> None:
+        """As a library does that catches everything."""
+        try:
+            signal.raise_signal(signal.SIGINT)
+            seen.append("went on")
+        except BaseException:
+            seen.append("was lost")
+
+    with pytest.raises(KeyboardInterrupt), held():
+        load()
+    assert seen == ["went on"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
