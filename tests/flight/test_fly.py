@@ -24,7 +24,7 @@ ScenarioOf = Callable[..., Scenario]
 ANGLES = {"roll": 0, "pitch": 1, "yaw": 2}
 
 TRAINS = [
-    {"axis": "pitch", "amplitude_deg": [5.0, 10.0, 15.0, 12.0], "period_s": [5.0, 8.0, 10.0, 7.0]},
+    {"axis": "pitch", "amplitude_deg": [15.0, 10.0, 15.0, 5.0], "period_s": [5.0, 8.0, 10.0, 7.0]},
     {"axis": "roll", "amplitude_deg": [15.0, 10.0, 5.0, 20.0], "period_s": [5.0, 10.0, 7.0, 9.0]},
     {"axis": "yaw", "amplitude_deg": [10.0, 15.0, 5.0, 12.0], "period_s": [10.0, 5.0, 6.0, 8.0]},
 ]
