@@ -6,6 +6,7 @@ of reference/benchmark.md section 6.1.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +124,7 @@ def _lagged(signal: NDArray, step_s: float, tau_s: float) -> NDArray:
     return out
 
 
+@cache
 def calibration(world: World = VECTOR, seed: int = 0, name: str = "world", sensor: str = "cabin") -> Recording:
     """Square circuits with a scalar magnetometer and a fluxgate at one place of the aircraft."""
     count = round(world.circuits * 4 * (LEG_S + TURN_S) * world.rate_hz)
@@ -174,3 +176,9 @@ def calibration(world: World = VECTOR, seed: int = 0, name: str = "world", senso
     labels = ("circuit", "leg", "turn", "leg_heading_deg", "maneuver", "cycle", "split")
     data |= {label: segments[:, i] for i, label in enumerate(labels)}
     return Recording(name, time_s, data, {"start_utc": "2025-03-13T00:00:00Z", "seed": seed, "digest": "none"})
+
+
+def parts(recording: Recording) -> tuple[Recording, Recording, Recording]:
+    """Training, validation and test rows: the first two as a method gets them to learn, the last with everything."""
+    train, valid, test = (recording.where(split=split) for split in ("train", "valid", "test"))
+    return train.labeled(), valid.labeled(), test

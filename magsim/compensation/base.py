@@ -2,10 +2,13 @@
 
 import inspect
 import json
+import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, final
+from zipfile import BadZipFile
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ValidationError, create_model
@@ -38,7 +41,7 @@ class Compensator(ABC):
         Patterns of the column families that ``interference`` reads. A method that needs the scalar reading itself
         must list it here.
     causal : bool
-        Whether the estimate at a time needs nothing that comes later.
+        Whether the estimate at a time needs nothing that comes later, but for the one row of a central difference.
     warmup_s : float [s]
         Time at the start of each piece in which the estimate may be NaN.
     resumable : bool
@@ -242,10 +245,11 @@ def restore(compensator: Compensator, folder: Path, settings: Mapping[str, Any])
         If a file is missing or broken.
     """
     try:
-        with np.load(folder / ARRAYS, allow_pickle=False) as arrays:
+        # np.load forgets to close a file that it cannot read
+        with np.load(BytesIO((folder / ARRAYS).read_bytes()), allow_pickle=False) as arrays:
             compensator._restore(settings["learned"], dict(arrays))
         compensator._load_more(folder)
-    except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
+    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile, zlib.error) as error:
         msg = f"{folder}: the saved method cannot be read: {error}"
         raise DataError(msg) from None
     compensator.sensor_ = settings["sensor"]

@@ -141,6 +141,11 @@ class TollesLawson(Compensator):
         """Name in the registry."""
         return f"tl{self.terms}" + ("_measured" if self.target == "measured" else "")
 
+    @property
+    def causal(self) -> bool:  # type: ignore[override]
+        """A spline looks ahead, without end."""
+        return self.derivative == "central"
+
     def fit(
         self,
         train: Sequence[Recording],

@@ -53,6 +53,7 @@ class MagTCNCompensator(ResidualNetwork):
             "decay": False,
             "every": 100,
             "hold_out": "legs",
+            "patience": 1000,
             "refit": False,
         },
     }
@@ -163,6 +164,7 @@ class BPCompensator(ResidualNetwork):
             "decay": False,
             "every": 100,
             "hold_out": "legs",
+            "patience": 1000,
             "refit": False,
         },
         # Paper 001: 18 columns, one sample at a time. Sizes are not printed.
@@ -179,6 +181,7 @@ class BPCompensator(ResidualNetwork):
             "decay": False,
             "every": 100,
             "hold_out": "legs",
+            "patience": 1000,
             "refit": False,
         },
     }

@@ -1,0 +1,110 @@
+"""``magsim benchmark``: compare compensators on recordings."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from magsim.benchmark import Report
+    from magsim.compensation import Compensator
+
+DEFAULT = "none,tl16,tl18,noise_floor"
+
+
+@click.command(short_help="Compare compensators on recordings.")
+@click.argument("recordings", nargs=-1, type=click.Path(path_type=Path))
+@click.option(
+    "--methods",
+    metavar="LIST",
+    default=DEFAULT,
+    show_default=True,
+    help="Names of methods and folders of trained runs, with commas between them.",
+)
+@click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the fits.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    help="Write report.json, table.txt and table.csv there.",
+)
+@click.option("--force", is_flag=True, help="Replace an existing report.")
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress.")
+def benchmark(  # noqa: PLR0917 - the options
+    recordings: tuple[Path, ...],
+    methods: str,
+    sensor: str | None,
+    seed: int,
+    as_json: bool,
+    output: Path | None,
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Fit methods on the training rows of RECORDINGS and judge them on the test rows, against the truth.
+
+    RECORDINGS are files or folders; without any, those of the current folder. A trained run (see magsim train) is
+    judged as it is.
+    """
+    from magsim.benchmark import benchmark as judge
+    from magsim.recording import read_recordings
+
+    chosen = _methods(methods)
+    loaded = [recording for path in recordings or (Path(),) for recording in read_recordings(path)]
+    if output is not None:
+        _check_folder(output, force=force)
+    say = None if quiet else lambda text: click.echo(text, err=True)
+    report = judge(loaded, chosen, sensor=sensor, seed=seed, progress=say)
+    if output is not None:
+        _write(report, output)
+    click.echo(report.to_json() if as_json else report.to_text(), nl=False)
+
+
+def _methods(text: str) -> "list[str | tuple[str, Compensator]]":
+    """Names of the registry, and trained runs by their folders, which the table calls by their last part."""
+    from magsim.benchmark.protocol import NOISE_FLOOR
+    from magsim.compensation import load, names
+    from magsim.errors import RequestError
+
+    asked = [name.strip() for name in text.split(",") if name.strip()]
+    if not asked:
+        msg = "--methods: no method is named"
+        raise RequestError(msg)
+    known = (*names(), NOISE_FLOOR)
+    short = [name if name in known else Path(name).name or name for name in asked]
+    out: list[str | tuple[str, Compensator]] = []
+    for name, title in zip(asked, short, strict=True):
+        if name in known or not (Path(name).is_dir() or "/" in name):
+            out.append(name)
+        else:
+            out.append((title if short.count(title) == 1 else name, load(name)))
+    return out
+
+
+def _check_folder(folder: Path, *, force: bool) -> None:
+    from magsim.errors import RequestError
+    from magsim.storage import check_target
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"cannot make the folder {folder}: {error.strerror}"
+        raise RequestError(msg) from None
+    for name in ("report.json", "table.txt", "table.csv"):
+        check_target(folder / name, force=force)
+
+
+def _write(report: "Report", folder: Path) -> None:
+    """The report in three forms, the same bytes for the same data."""
+    from magsim.storage import atomic_write
+
+    texts = {
+        "report.json": report.to_json(),
+        "table.txt": report.to_text(times=False),
+        "table.csv": report.to_frame().to_csv(index=False, lineterminator="\n"),
+    }
+    for name, text in texts.items():
+        # the folder was checked before the work began
+        atomic_write(folder / name, lambda path, text=text: path.write_text(text, encoding="utf-8"), force=True)
