@@ -27,6 +27,10 @@ QUIET_GAIN, QUIET_OMEGA = 0.5, 0.2
 """The course loop during a roll train: at most this part of its gain, and of the train's angular frequency."""
 
 
+FADE_S = 3.0
+"""Time in which one way of steering is faded into another at the ends of a train, so that the bank does not jump."""
+
+
 class Crossing(NamedTuple):
     """The moment at which an element of the path was entered."""
 
@@ -46,11 +50,11 @@ class Motion(NamedTuple):
 
 
 class Order(NamedTuple):
-    """What the autopilot is told."""
+    """What the autopilot is told; ``hold_heading`` is the share of the heading loop, 0 to 1."""
 
     heading: float
     bank: float
-    hold_heading: bool
+    hold_heading: float
     hold_yaw: bool
     hold_height: bool
 
@@ -58,6 +62,11 @@ class Order(NamedTuple):
 def wrap(angle: float) -> float:
     """An angle [rad] in [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def _smooth(part: float) -> float:
+    """Cubic step from 0 to 1."""
+    return part * part * (3.0 - 2.0 * part)
 
 
 class Guidance:
@@ -79,6 +88,7 @@ class Guidance:
         self._intercept = gains.intercept_limit.value
         self._lead_s = gains.bank_lag.value
         self._held: float | None = None
+        self._hold, self._quiet, self._quiet_bank = 1.0, 0.0, 0.0
         self._wind = (0.0, 0.0)
         self._swing_course, self._swing_off_m = 0.0, 0.0
         self._off_m = 0.0
@@ -113,20 +123,28 @@ class Guidance:
             gain = min(QUIET_GAIN * gain, QUIET_OMEGA * slowest)
         error = self._course_error(place.course, speed, motion, self._line_s * self._course_gain / gain)
         lead, hold_height = self._lead_bank(speed, motion), "pitch" not in axes
+        self._fade(axes)
+        if "roll" in axes:
+            self._quiet_bank = gain * motion.airspeed / G0 * (error + self._swing_course)
+        bank, share = lead + _smooth(self._quiet) * self._quiet_bank, _smooth(self._hold)
         if "yaw" in axes:
             if self._held is None:
                 course = math.atan2(motion.v_east, motion.v_north) + error
                 self._held = crab_heading(motion.airspeed, course, self._wind)
-            return Order(self._held % (2.0 * math.pi), 0.0, False, True, hold_height)
+            return Order(self._held % (2.0 * math.pi), bank, share, True, hold_height)
         self._held = None
         if not axes:
             self._feel_wind(motion)
-        if "roll" in axes:
-            bank = lead + gain * motion.airspeed / G0 * (error + self._swing_course)
-            return Order(motion.heading % (2.0 * math.pi), bank, False, False, hold_height)
         # The set point stands still for a tick while the heading turns: give it the turn of half a tick.
         ahead = 0.5 / TICK_HZ * speed * place.curvature
-        return Order((motion.heading + error + ahead) % (2.0 * math.pi), lead, True, False, hold_height)
+        return Order((motion.heading + error + ahead) % (2.0 * math.pi), bank, share, False, hold_height)
+
+    def _fade(self, axes: set[str]) -> None:
+        """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
+        step = 1.0 / (FADE_S * TICK_HZ)
+        hold, quiet = not axes & {"roll", "yaw"}, "roll" in axes and "yaw" not in axes
+        self._hold = min(1.0, self._hold + step) if hold else max(0.0, self._hold - step)
+        self._quiet = min(1.0, self._quiet + step) if quiet else max(0.0, self._quiet - step)
 
     def _feel_wind(self, motion: Motion) -> None:
         """Wind as the difference of motion over ground and through the air, smoothed; only while nothing swings."""

@@ -160,7 +160,7 @@ class Pilot:
             old.hold_yaw,
             old.hold_height,
         ):
-            command("ap/hold-heading", float(order.hold_heading))
+            command("ap/hold-heading", order.hold_heading)
             command("ap/hold-yaw", float(order.hold_yaw))
             command("ap/hold-height", float(order.hold_height))
         self._ordered = order
