@@ -70,7 +70,7 @@ def band_std(values: np.ndarray, rate_hz: float, mask: np.ndarray | None = None)
     return std(_kept(signals.band_pass(values, rate_hz), rate_hz, mask))
 
 
-def improvement_ratio(
+def improvementratio(
     interference: np.ndarray, error: np.ndarray, rate_hz: float, mask: np.ndarray | None = None
 ) -> float:
     """IR against truth: STD of the band-passed interference over STD of the band-passed error.
@@ -84,7 +84,7 @@ def improvement_ratio(
     mask : (n,) bool, optional
         Rows that count; by default those that ``crop`` leaves.
     """
-    return _ratio(band_std(interference, rate_hz, mask), band_std(error, rate_hz, mask))
+    return ratio(band_std(interference, rate_hz, mask), band_std(error, rate_hz, mask))
 
 
 def ir_paper(reading: np.ndarray, compensated: np.ndarray, rate_hz: float, mask: np.ndarray | None = None) -> float:
@@ -99,7 +99,7 @@ def ir_paper(reading: np.ndarray, compensated: np.ndarray, rate_hz: float, mask:
     mask : (n,) bool, optional
         Rows that count; by default those that ``crop`` leaves.
     """
-    return _ratio(band_std(reading, rate_hz, mask), band_std(compensated, rate_hz, mask))
+    return ratio(band_std(reading, rate_hz, mask), band_std(compensated, rate_hz, mask))
 
 
 def ir_003(reading: np.ndarray, compensated: np.ndarray, rate_hz: float, mask: np.ndarray | None = None) -> float:
@@ -113,7 +113,7 @@ def ir_003(reading: np.ndarray, compensated: np.ndarray, rate_hz: float, mask: n
         Rows that count; by default those that ``crop`` leaves.
     """
     before, after = (std(_kept(signals.high_pass(values, rate_hz), rate_hz, mask)) for values in (reading, compensated))
-    return _ratio(before, after)
+    return ratio(before, after)
 
 
 class Cell(NamedTuple):
@@ -224,7 +224,8 @@ def _kept(filtered: np.ndarray, rate_hz: float, mask: np.ndarray | None) -> np.n
     return kept
 
 
-def _ratio(before: float, after: float) -> float:
+def ratio(before: float, after: float) -> float:
+    """Improvement from a spread before to one after: infinite where nothing is left, NaN where nothing was."""
     if after == 0.0:
         return float("inf") if before > 0.0 else float("nan")
     return before / after

@@ -279,9 +279,9 @@ def _spreads(pooled: dict[str, np.ndarray]) -> dict[str, float]:
     out = {}
     if "error" in pooled:
         out["std_nt"] = metrics.std(pooled["error"])
-        out["ir"] = _ratio(metrics.std(pooled["interference"]), out["std_nt"])
+        out["ir"] = metrics.ratio(metrics.std(pooled["interference"]), out["std_nt"])
     out["std_paper_nt"] = metrics.std(pooled["compensated"])
-    out["ir_paper"] = _ratio(metrics.std(pooled["reading"]), out["std_paper_nt"])
+    out["ir_paper"] = metrics.ratio(metrics.std(pooled["reading"]), out["std_paper_nt"])
     return out
 
 
@@ -327,9 +327,3 @@ def _peaks(pooled: dict[str, np.ndarray]) -> list[tuple[str, dict[str, float]]]:
 
 def _flown(pooled: dict[str, np.ndarray]) -> bool:
     return columns.LEG_HEADING.pattern in pooled and columns.MANEUVER.pattern in pooled
-
-
-def _ratio(before: float, after: float) -> float:
-    if after == 0.0:
-        return float("inf") if before > 0.0 else float("nan")
-    return before / after

@@ -1,10 +1,7 @@
 """``magsim train``: fit a compensator on recordings and keep it in a folder."""
 
 import json
-import math
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +43,7 @@ def train(  # noqa: PLR0917 - the options
     [params]; options win over the file. The rows with split train are learned, those with split valid may guide or
     be learned too, those with split test are never looked at.
     """
+    from magsim.cli.progress import training
     from magsim.compensation import create
     from magsim.errors import MagsimError
 
@@ -60,7 +58,7 @@ def train(  # noqa: PLR0917 - the options
     if _prepare(folder, run, resume=resume, force=force):
         click.echo(f"{folder}: this run is complete", err=True)
         return
-    with _progress(quiet=quiet) as progress:
+    with training(quiet=quiet) as progress:
         extra: dict[str, Any] = {}
         if compensator.resumable:
             extra = {"progress": progress, "checkpoint": folder / CHECKPOINT}
@@ -233,51 +231,3 @@ def _remove_checkpoint(folder: Path) -> None:
 def _remove_empty(folder: Path) -> None:
     if folder.is_dir() and not any(folder.iterdir()):
         folder.rmdir()
-
-
-@contextmanager
-def _progress(*, quiet: bool) -> Iterator[Callable[[Any], None]]:
-    """Bars with loss, validation error and remaining time on a terminal, else one line for each tenth of a run."""
-    if quiet:
-        yield lambda _progress: None
-        return
-    if not sys.stderr.isatty():
-        yield _lines()
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    shown = Progress(
-        TextColumn("{task.description:<8}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[text]}"),
-        console=Console(stderr=True),
-    )
-    tasks: dict[str, Any] = {}
-
-    def report(progress: Any) -> None:
-        if progress.phase not in tasks:
-            tasks[progress.phase] = shown.add_task(progress.phase, total=progress.steps, text="")
-        shown.update(tasks[progress.phase], completed=progress.step, text=_said(progress))
-
-    with shown:
-        yield report
-
-
-def _lines() -> Callable[[Any], None]:
-    told: dict[str, int] = {}
-
-    def report(progress: Any) -> None:
-        tenth = 10 * progress.step // progress.steps
-        if told.get(progress.phase, -1) < tenth:
-            told[progress.phase] = tenth
-            click.echo(f"{progress.phase} {progress.step}/{progress.steps} {_said(progress)}", err=True)
-
-    return report
-
-
-def _said(progress: Any) -> str:
-    loss = "-" if math.isnan(progress.loss) else f"{progress.loss:.4g}"
-    eta = "-" if math.isnan(progress.eta_s) else f"{progress.eta_s:.0f} s"
-    return f"loss {loss}, in band {progress.valid:.4f} nT (best {progress.best:.4f}), ETA {eta}"

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from worlds import World, calibration, parts
 
 from magsim.compensation import Compensator, create, load, names, register
 from magsim.compensation import registry as registry_module
 from magsim.errors import DataError, RequestError
-from worlds import World, calibration, parts
 
 QUICK = {"steps": 40, "every": 10, "batch": 4, "hold_out": "legs"}
 METHODS = {
@@ -146,7 +146,7 @@ def test_names_and_parameters_are_checked():
     with pytest.raises(RequestError) as error:
         create("bp", steps=0, activation="rely")
     assert len(str(error.value).splitlines()) == 2
-    with pytest.raises(RequestError, match="kernel: .*even"):
+    with pytest.raises(RequestError, match=r"kernel: .*even"):
         create("magtcn", kernel=50)
     with pytest.raises(RequestError, match=r"no preset 'dmo' \(did you mean 'demo'\?\)"):
         create("magtcn", preset="dmo")

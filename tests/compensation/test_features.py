@@ -2,10 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from worlds import VECTOR, calibration
 
 from magsim.compensation.features import Inputs, Standardizer, attitude, design, spans, time_derivative, tolles_lawson
 from magsim.errors import DataError, RequestError
-from worlds import VECTOR, calibration
 
 INPUTS = Inputs("cabin")
 
@@ -23,7 +23,9 @@ def test_sixteen_columns_as_paper_000_prints_them():
     got = tolles_lawson(r, INPUTS, 16)
     scale = np.abs(expected).max(axis=0)
     np.testing.assert_allclose(got.matrix / scale, expected / scale, rtol=0, atol=1e-9)
-    assert got.names[8:] == tuple(f"B {w}'" for w in ("u1 u1", "u2 u1", "u3 u1", "u1 u3", "u2 u3", "u3 u3", "u1 u2", "u3 u2"))
+    assert got.names[8:] == tuple(
+        f"B {w}'" for w in ("u1 u1", "u2 u1", "u3 u1", "u1 u3", "u2 u3", "u3 u3", "u1 u2", "u3 u2")
+    )
     assert got.units == ("nT",) * 3 + ("1",) * 5 + ("s",) * 8
 
 

@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
+from worlds import EDDY_S, EXACT, FIELD_NT, INDUCED, PERMANENT_NT, VECTOR, World, calibration, parts
 
 from magsim import metrics
 from magsim.compensation import TollesLawson, create
 from magsim.errors import DataError, RequestError
-from worlds import EDDY_S, EXACT, FIELD_NT, INDUCED, PERMANENT_NT, VECTOR, World, calibration, parts
 
 
 def fitted(world, seed=0, **params):
@@ -93,7 +93,7 @@ def test_the_length_of_a_perfect_fluxgate_beside_the_sensor_flatters():
 def test_measured_without_labels_has_no_offset():
     train, valid, test = parts(calibration(VECTOR))
     bare = [replace(r, data={k: v for k, v in r.data.items() if "interference" not in k}) for r in (train, valid)]
-    with pytest.raises(RequestError, match="no label 'interference_cabin_nt'.*tl16_measured"):
+    with pytest.raises(RequestError, match=r"no label 'interference_cabin_nt'.*tl16_measured"):
         create("tl16").fit(bare, sensor="cabin")
     method = create("tl16_measured").fit(bare, sensor="cabin")
     assert method.offset_nt_ == 0.0
@@ -132,7 +132,7 @@ def test_a_gap_is_not_filtered_across():
 
 def test_too_short_a_flight_is_refused():
     train, _, _ = parts(calibration(VECTOR))
-    with pytest.raises(DataError, match="tl16 needs at least 160 training rows.*has 0.*lasts 49.9 s"):
+    with pytest.raises(DataError, match=r"tl16 needs at least 160 training rows.*has 0.*lasts 49.9 s"):
         create("tl16").fit([train.take(slice(0, 500))], sensor="cabin")
     with pytest.raises(DataError, match="has 101"):
         create("tl16").fit([train.take(slice(0, 701))], sensor="cabin")

@@ -1,0 +1,248 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from worlds import World, calibration
+
+from magsim import columns, metrics, signals
+from magsim.benchmark import benchmark
+from magsim.benchmark.anomaly import anomaly, gain
+from magsim.compensation import Compensator, create
+from magsim.errors import DataError, RequestError
+from magsim.recording import Recording
+
+WORLD = World()
+
+
+class Stub(Compensator):
+    """A method made of one function of the blind recording; remembers what it was given."""
+
+    name = "stub"
+
+    def __init__(self, *, function=None, warmup=0.0):
+        self.function = function
+        self.warmup = warmup
+        self.seen = []
+
+    @property
+    def warmup_s(self):
+        return self.warmup
+
+    def fit(self, train, *, sensor, valid=(), seed=0):
+        self.sensor_ = sensor
+        self.given = (train, valid, seed)
+        return self
+
+    def interference(self, recording):
+        self.seen.append(recording)
+        return self.function(recording)
+
+    def _learned(self):
+        return {}, {}
+
+    def _restore(self, values, arrays):
+        pass
+
+
+def zeros(recording):
+    return np.zeros(len(recording))
+
+
+def without(recording, *stems):
+    data = {k: v for k, v in recording.data.items() if not k.startswith(stems)}
+    return replace(recording, data=data)
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return calibration(WORLD)
+
+
+def test_nothing_and_the_noise_floor(recording):
+    """White noise of 0.01 nT at 10 Hz is 0.0030 nT in band; without compensation the ratio is 1."""
+    report = benchmark([recording], ["none", "noise_floor"])
+    assert report.value("none", "ir") == 1.0
+    assert report.value("none", "ir_paper") == 1.0
+    assert report.value("noise_floor", "std_nt") == pytest.approx(0.0030, abs=0.0002)
+    assert report.value("noise_floor", "rmse_nt") == pytest.approx(0.01, rel=0.03)
+    assert report.value("noise_floor", "gain") == pytest.approx(1.0, abs=1e-12)
+    ratio = report.value("none", "std_nt") / report.value("noise_floor", "std_nt")
+    assert report.value("noise_floor", "ir") == pytest.approx(ratio)
+
+
+def test_scores_are_those_of_the_definition(recording):
+    """By hand: the error against B_t - B_e, whole test part filtered, 30 s cropped at both ends."""
+    report = benchmark([recording], ["tl16"])
+    test = recording.where(split="test")
+    method = create("tl16").fit(
+        [recording.where(split="train").labeled()], sensor="cabin", valid=[recording.where(split="valid").labeled()]
+    )
+    reading = test["mag_cabin_nt"]
+    interference = reading - test["clean_cabin_nt"]
+    estimate = method.interference(test.blind())
+    error = interference - estimate
+    keep = slice(300, len(test) - 300)
+    bands = {k: signals.band_pass(v, 10.0)[keep] for k, v in {"e": error, "i": interference, "t": reading}.items()}
+    assert report.value("tl16", "std_nt") == pytest.approx(np.std(bands["e"]), rel=1e-12)
+    assert report.value("tl16", "ir") == pytest.approx(np.std(bands["i"]) / np.std(bands["e"]), rel=1e-12)
+    assert report.value("tl16", "rmse_nt") == pytest.approx(np.sqrt(np.mean(error[keep] ** 2)), rel=1e-12)
+    assert report.value("tl16", "rmse0_nt") == pytest.approx(np.std(error[keep]), rel=1e-12)
+    compensated = signals.band_pass(reading - estimate, 10.0)[keep]
+    assert report.value("tl16", "std_paper_nt") == pytest.approx(np.std(compensated), rel=1e-9)
+    assert report.value("tl16", "ir_paper") == pytest.approx(np.std(bands["t"]) / np.std(compensated), rel=1e-9)
+    cells = metrics.fom_cells(bands["e"], test["leg_heading_deg"][keep], test["maneuver"][keep])
+    assert len(cells) == 12
+    assert report.value("tl16", "fom_nt") == pytest.approx(sum(cells.values()), rel=1e-12)
+    roll = test["maneuver"][keep] == 2
+    assert report.value("tl16", "std_nt", segment="roll") == pytest.approx(np.std(bands["e"][roll]), rel=1e-12)
+    leg = roll & (test["leg_heading_deg"][keep] == 90.0)
+    assert report.value("tl16", "peak_nt", segment="heading 90 roll") == pytest.approx(np.ptp(bands["e"][leg]))
+    straight = (test["leg_heading_deg"][keep] == 180.0) & (test["turn"][keep] == 0.0)
+    assert report.value("tl16", "ir", segment="heading 180") == pytest.approx(
+        np.std(bands["i"][straight]) / np.std(bands["e"][straight]), rel=1e-12
+    )
+
+
+def test_methods_learn_from_labels_and_are_judged_blind(recording):
+    stub = Stub(function=zeros)
+    benchmark([recording], [stub], seed=7)
+    (train,), (valid,), seed = stub.given
+    assert seed == 7
+    for given, split in ((train, 0), (valid, 1)):
+        assert set(given["split"]) == {split}
+        assert {columns.role_of(name) for name in given.data} == {"input", "label", "segment"}
+        assert set(given.meta) <= {"start_utc"}
+    assert len(stub.seen) == 2
+    for seen in stub.seen:
+        assert {columns.role_of(name) for name in seen.data} == {"input"}
+        assert set(seen.meta) <= {"start_utc"}
+        assert seen.time_s[0] == recording.where(split="test").time_s[0]
+
+
+def test_an_anomaly_must_pass():
+    """A method that takes the reading itself for interference removes the signal with it."""
+    recording = calibration(WORLD)
+
+    def smooth(r):
+        reading = r["mag_cabin_nt"]
+        return reading - reading.mean()
+
+    report = benchmark([recording], [("constant", Stub(function=smooth)), ("honest", Stub(function=zeros))])
+    assert abs(report.value("constant", "gain")) < 1e-9
+    # the papers' ratio falls for it
+    assert report.value("constant", "ir_paper") > 1e6
+    assert report.value("honest", "gain") == pytest.approx(1.0, abs=1e-12)
+
+
+def test_gain_of_a_scaled_anomaly():
+    time_s = np.arange(6000) / 10.0
+    injected = signals.band_pass(anomaly(time_s), 10.0)
+    assert np.std(injected) > 0.5
+    assert anomaly(time_s).max() == pytest.approx(20.0, rel=1e-3)
+    assert gain(0.3 * injected, injected) == pytest.approx(0.3)
+
+
+def test_all_methods_are_judged_on_the_rows_after_the_longest_warmup(recording):
+    def late(r):
+        return np.where(r.time_s - r.time_s[0] < 50.0, np.nan, 0.0)
+
+    alone = benchmark([recording], ["none"])
+    both = benchmark([recording], ["none", Stub(function=late, warmup=50.0)])
+    assert both.value("none", "std_nt") == both.value("stub", "std_nt")
+    assert both.value("none", "std_nt") != alone.value("none", "std_nt")
+    test = recording.where(split="test")
+    rest = test.take(slice(500, None))
+    interference = rest["mag_cabin_nt"] - rest["clean_cabin_nt"]
+    expected = np.std(signals.band_pass(interference, 10.0)[300:-300])
+    assert both.value("none", "std_nt") == pytest.approx(expected, rel=1e-12)
+
+
+def test_pieces_are_filtered_each_by_itself(recording):
+    """A hole in the test rows: scores are those of the two pieces together."""
+    rows = np.ones(len(recording), dtype=bool)
+    rows[9000:9400] = False
+    holed = recording.take(rows)
+    report = benchmark([holed], ["none"])
+    kept = []
+    for piece in holed.where(split="test").pieces():
+        interference = piece["mag_cabin_nt"] - piece["clean_cabin_nt"]
+        kept.append(signals.band_pass(interference, 10.0)[300:-300])
+    assert len(kept) == 2
+    assert report.value("none", "std_nt") == pytest.approx(np.std(np.concatenate(kept)), rel=1e-12)
+
+
+def test_several_recordings_are_learned_together_and_judged_each(recording):
+    other = calibration(WORLD, 1, "other")
+    stub = Stub(function=zeros)
+    report = benchmark([recording, other], ["none", stub])
+    assert report.recordings == ("world", "other")
+    assert [len(side) for side in stub.given[:2]] == [2, 2]
+    assert report.value("none", "std_nt", recording="other") != report.value("none", "std_nt", recording="world")
+    only = benchmark([recording.where(circuit=1), other], ["none"])
+    assert only.recordings == ("other",)
+
+
+def test_without_truth_only_the_papers_scores(recording):
+    survey = without(recording, "clean", "total", "error", *columns.COMPONENTS, "interference", "projection")
+    report = benchmark([survey], ["none", "tl16_measured", "noise_floor"])
+    assert report.methods == ("none", "tl16_measured")
+    found = {row.metric for row in report.rows}
+    assert found == {"std_paper_nt", "ir_paper", "fom_paper_nt", "peak_paper_nt", "gain"}
+    assert report.value("tl16_measured", "ir_paper") > 50.0
+    assert any("has no truth" in note for note in report.notes)
+    assert "note: recording 'world' has no truth" in report.to_text()
+    bare = without(survey, "leg", "maneuver", "turn", "cycle", "circuit")
+    assert {row.segment for row in benchmark([bare], ["none"]).rows} == {"test"}
+
+
+def test_fitted_methods_are_judged_as_they_are(recording):
+    method = create("tl16").fit([recording.where(split="train").labeled()], sensor="cabin")
+    before = method.coefficients_.copy()
+    test_rows = recording.where(split="test")
+    report = benchmark([test_rows], [("trained", method)])
+    np.testing.assert_array_equal(method.coefficients_, before)
+    assert report.methods == ("trained",)
+    assert "trained" not in report.fit_s
+    with pytest.raises(RequestError, match="was trained for the sensor 'cabin', not 'wing'"):
+        benchmark([test_rows], [method], sensor="wing")
+
+
+def test_report_is_the_same_twice_but_for_times(recording):
+    one, two = (benchmark([recording], ["none", "tl16", "tl18", "noise_floor"]) for _ in range(2))
+    assert one.to_json() == two.to_json()
+    assert one.to_text(times=False) == two.to_text(times=False)
+    assert "fit_s" not in one.to_json()
+    assert set(one.fit_s) == {"none", "tl16", "tl18"}
+
+
+@pytest.mark.parametrize(
+    ("change", "methods", "options", "error", "text"),
+    [
+        (lambda r: r.where(circuit=1), ["none"], {}, RequestError, "no test rows: no row of 'world' has split = test"),
+        (lambda r: r.where(circuit=2), ["tl16"], {}, RequestError, "no training rows for tl16"),
+        (lambda r: r, ["none"], {"sensor": "wing"}, RequestError, "no scalar magnetometer 'wing'; it has cabin"),
+        (lambda r: without(r, "split"), ["none"], {}, RequestError, "has no column 'split'"),
+        (lambda r: without(r, "flux"), ["tl16"], {}, RequestError, "has no fluxgate"),
+        (lambda r: without(r, "ins_heading"), ["magtcn"], {}, RequestError, "no column ins_heading_deg"),
+        (lambda r: without(r, "mag"), ["none"], {}, RequestError, "has no scalar magnetometer"),
+        (lambda r: r, ["none", "none"], {}, RequestError, "none is given twice"),
+        (lambda r: r, [], {}, RequestError, "no method"),
+        (lambda r: r, ["nun"], {}, RequestError, "unknown method 'nun'"),
+        (lambda r: r.take(slice(0, 6950)), ["none"], {}, DataError, "longest test piece lasts 54.9 s"),
+        (lambda r: r, [Stub(function=lambda r: np.zeros(3))], {}, DataError, r"put out shape \(3,\) for 6400 rows"),
+        (lambda r: r, [Stub(function=lambda r: r.time_s * np.nan)], {}, DataError, "not finite at 640 s"),
+    ],
+)
+def test_what_cannot_be_judged_is_told(recording, *, change, methods, options, error, text):
+    with pytest.raises(error, match=text):
+        benchmark([change(recording)], methods, **options)
+    with pytest.raises(RequestError, match="no recording was given"):
+        benchmark([], methods)
+
+
+def test_recording_is_not_changed(recording):
+    assert isinstance(recording, Recording)
+    before = {name: column.copy() for name, column in recording.data.items()}
+    benchmark([recording], ["tl16"])
+    for name, column in before.items():
+        np.testing.assert_array_equal(recording[name], column)

@@ -1,0 +1,208 @@
+"""``magsim train`` and ``magsim benchmark``, from the files to the exit codes."""
+
+import json
+
+import pytest
+from worlds import World, calibration
+
+from magsim.cli import main
+
+CONFIG = """\
+method = "bp"
+seed = 3
+[params]
+steps = 20
+every = 10
+batch = 2
+hidden = [4]
+learning_rate = 0.001
+"""
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    path = tmp_path_factory.mktemp("flights") / "flight.h5"
+    calibration(World(circuits=2)).write(path)
+    return path
+
+
+@pytest.fixture(autouse=True)
+def _own_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def run(capsys, *args):
+    code = main([str(arg) for arg in args])
+    out = capsys.readouterr()
+    assert "Traceback" not in out.err
+    return code, out.out, out.err
+
+
+def test_closed_form_and_its_report(flight, tmp_path, capsys):
+    code, out, _ = run(capsys, "train", "tl16", flight)
+    assert code == 0
+    assert "B u1 u1" in out
+    assert "ridge weight" in out
+    folder = tmp_path / "runs" / "tl16"
+    assert {p.name for p in folder.iterdir()} == {"run.json", "compensator.json", "arrays.npz"}
+    about = json.loads((folder / "run.json").read_text())
+    (rows,) = about["rows"]
+    assert rows["recording"] == "world"
+    assert rows["train"]["first_last_rows"] == [[0.0, 479.9, 4800]]
+    assert rows["valid"]["first_last_rows"] == [[480.0, 639.9, 1600]]
+    assert str(tmp_path) not in (folder / "run.json").read_text()
+
+
+def test_network_from_a_file_with_progress_and_the_same_bytes_twice(flight, tmp_path, capsys):
+    (tmp_path / "bp.toml").write_text(CONFIG)
+    for name in ("one", "two"):
+        code, _, err = run(capsys, "train", "bp.toml", flight.parent, "-o", tmp_path / name)
+        assert code == 0
+        assert "select 10/20 loss" in err
+        assert "ETA" in err
+    names = {p.name for p in (tmp_path / "one").iterdir()}
+    assert names == {"run.json", "compensator.json", "arrays.npz", "weights.safetensors"}
+    for name in names:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+    assert json.loads((tmp_path / "one" / "run.json").read_text())["seed"] == 3
+
+
+def test_existing_runs_are_not_touched(flight, tmp_path, capsys):
+    (tmp_path / "bp.toml").write_text(CONFIG)
+    args = ("train", "bp.toml", flight, "-o", tmp_path / "run", "-q")
+    assert run(capsys, *args)[0] == 0
+    before = (tmp_path / "run" / "compensator.json").stat().st_mtime_ns
+    code, _, err = run(capsys, *args)
+    assert code == 2
+    assert "holds a run already: --resume goes on with a run, --force replaces it" in err
+    code, _, err = run(capsys, *args, "--resume")
+    assert code == 0
+    assert "complete" in err
+    code, _, err = run(capsys, *args, "--resume", "--seed", "4")
+    assert code == 2
+    assert "other settings or recordings" in err
+    assert (tmp_path / "run" / "compensator.json").stat().st_mtime_ns == before
+    assert run(capsys, *args, "--force")[0] == 0
+    code, _, err = run(capsys, "train", "tl16", flight, "-o", tmp_path / "new", "--resume")
+    assert code == 2
+    assert "no run to resume" in err
+
+
+def test_broken_off_run_is_resumed(flight, tmp_path, capsys, monkeypatch):
+    import magsim.cli.train as module
+
+    (tmp_path / "bp.toml").write_text(CONFIG)
+    assert run(capsys, "train", "bp.toml", flight, "-o", tmp_path / "whole", "-q")[0] == 0
+    lines = module._lines
+
+    def breaks():
+        tell = lines()
+
+        def report(progress):
+            tell(progress)
+            if progress.step == 10:
+                raise KeyboardInterrupt
+
+        return report
+
+    monkeypatch.setattr(module, "_lines", breaks)
+    code, _, _ = run(capsys, "train", "bp.toml", flight, "-o", tmp_path / "run")
+    assert code == 130
+    assert (tmp_path / "run" / "checkpoint").is_dir()
+    monkeypatch.setattr(module, "_lines", lines)
+    code, _, err = run(capsys, "train", "bp.toml", flight, "-o", tmp_path / "run", "--resume")
+    assert code == 0
+    assert "select 0/20" not in err
+    for path in (tmp_path / "whole").iterdir():
+        assert (tmp_path / "run" / path.name).read_bytes() == path.read_bytes()
+    assert not (tmp_path / "run" / "checkpoint").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('method = "bpp"', "bp.toml:1: method: 'bpp' is not allowed; allowed: 'none'"),
+        ('method = "bp"\nsed = 1', "bp.toml:2: sed: unknown key (did you mean 'seed'?)"),
+        ('method = "bp"\n[params]\nsteps = 0', "bp.toml:3: params.steps: 0 is not allowed"),
+        ('method = "bp"\n[params]\nhiden = [3]', "bp.toml:3: params.hiden: unknown key (did you mean 'hidden'?)"),
+        ("method = ", "bp.toml:1: is not TOML"),
+    ],
+)
+def test_what_is_wrong_in_the_file_is_told_with_its_line(flight, tmp_path, capsys, text, expected):
+    (tmp_path / "bp.toml").write_text(text)
+    code, _, err = run(capsys, "train", "bp.toml", flight)
+    assert code == 2
+    assert expected in err
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "expected"),
+    [
+        (("tl61",), 2, "unknown method 'tl61' (did you mean 'tl18'?)"),
+        (("tl16", "--sensor", "wing"), 2, "no scalar magnetometer 'wing'; it has cabin"),
+        (("tl16", "--preset", "demo"), 2, "method tl16 has no preset 'demo'; it has none"),
+        (("magtcn", "--preset", "dmo"), 2, "no preset 'dmo' (did you mean 'demo'?); it has demo, cpu, paper"),
+        (("none.toml",), 2, "none.toml"),
+        (("tl16", "--seed", "-1"), 2, "seed"),
+    ],
+)
+def test_what_is_asked_wrong_is_told_and_nothing_is_left(flight, tmp_path, capsys, *, args, code, expected):
+    got, _, err = run(capsys, "train", args[0], flight, *args[1:])
+    assert got == code
+    assert expected in err
+    assert not (tmp_path / "runs" / "tl16").exists()
+
+
+def test_files_that_are_no_recordings(tmp_path, capsys):
+    assert run(capsys, "train", "tl16", "nix.h5")[0] == 2
+    (tmp_path / "bad.h5").write_bytes(b"no recording")
+    assert run(capsys, "train", "tl16", "bad.h5")[0] == 3
+    (tmp_path / "taken").write_text("a file")
+    short = calibration(World(circuits=1)).take(slice(0, 500))
+    short.write(tmp_path / "short.h5")
+    code, _, err = run(capsys, "train", "tl16", "short.h5", "-o", "new")
+    assert code == 3
+    assert "needs at least 160 training rows" in err
+    assert not (tmp_path / "new").exists()
+    code, _, err = run(capsys, "train", "tl16", "short.h5", "-o", "taken")
+    assert code == 2
+
+
+def test_benchmark_of_names_and_runs(flight, tmp_path, capsys):
+    assert run(capsys, "train", "tl18", flight, "-q", "-o", "runs/mine")[0] == 0
+    code, out, err = run(capsys, "benchmark", flight, "--methods", "none,tl18,runs/mine,noise_floor", "-o", "report")
+    assert code == 0
+    assert "fitting tl18" in err
+    lines = {line.split()[0]: line.split() for line in out.splitlines() if line}
+    assert lines["mine"][1:9] == lines["tl18"][1:9]
+    assert lines["none"][2] == "1.0"
+    assert {p.name for p in (tmp_path / "report").iterdir()} == {"report.json", "table.txt", "table.csv"}
+    code, _, err = run(capsys, "benchmark", flight, "-q", "-o", "report")
+    assert code == 2
+    assert "--force replaces it" in err
+
+
+def test_benchmark_prints_json_alone(flight, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(flight.parent)
+    code, out, _ = run(capsys, "benchmark", "--json", "-o", tmp_path / "report")
+    assert code == 0
+    report = json.loads(out)
+    assert {row["method"] for row in report["rows"]} == {"none", "tl16", "tl18", "noise_floor"}
+    assert (tmp_path / "report" / "report.json").read_text() == out
+
+
+@pytest.mark.parametrize(
+    ("args", "expected"),
+    [
+        (("--methods", "tl61"), "unknown method 'tl61'"),
+        (("--methods", ","), "no method is named"),
+        (("--methods", "some/where"), "some/where holds no fitted method"),
+        (("--sensor", "wing"), "no scalar magnetometer 'wing'"),
+    ],
+)
+def test_benchmark_of_what_is_not_there(flight, capsys, args, expected):
+    code, out, err = run(capsys, "benchmark", flight, *args)
+    assert code == 2
+    assert out == ""
+    assert expected in err

@@ -1,0 +1,193 @@
+"""The torch modules, against the published counts, torch's own layers and the filter itself."""
+
+import numpy as np
+import pytest
+import torch
+from torch.utils.flop_counter import FlopCounterMode
+
+from magsim import signals
+from magsim.compensation.networks import MagTCN, SampleMLP, WindowMLP
+from magsim.compensation.networks.losses import ResidualLoss, TutoredLoss, band_matrix
+from magsim.compensation.networks.magtcn import DepthwiseFFT, GroupedMLP, RevIN, multiply_accumulates
+
+
+def count(module):
+    return sum(parameter.numel() for parameter in module.parameters())
+
+
+@pytest.mark.parametrize(
+    ("width", "head", "parameters", "million"),
+    [
+        (48, "flat", 2_246_025, 95.626),
+        (16, "flat", 2_007_081, 20.72),
+        (8, "flat", 1_971_665, 9.78),
+        (8, "per-time", 25_765, 7.84),
+        (4, "per-time", 11_705, 3.53),
+    ],
+)
+def test_sizes_of_the_reconstruction(width, head, parameters, million):
+    """Width 48 meets the paper's 95.722 million multiply-accumulates to 0.1 %."""
+    assert count(MagTCN(19, width=width, head=head, revin=True)) == parameters
+    got = multiply_accumulates(19, width=width, head=head) / 1e6
+    assert got == pytest.approx(million, abs=0.006)
+
+
+def test_multiply_accumulates_are_those_that_torch_counts():
+    """Convolution, matrix products and head by torch's own counter; the embedding is a broadcast product."""
+    module = MagTCN(5, width=4, kernel=11, window=64, native=True)
+    with FlopCounterMode(display=False) as counter:
+        module(torch.zeros(1, 5, 64))
+    embedding = 5 * 4 * 64
+    assert counter.get_total_flops() / 2 + embedding == multiply_accumulates(5, width=4, kernel=11, window=64)
+
+
+def test_sizes_of_the_plain_networks():
+    """Paper 000 prints 0.684 million multiply-accumulates; a perceptron has one for each weight."""
+    window = WindowMLP(19, 320, (112,))
+    assert count(window) == 681_185
+    assert sum(p.numel() for p in window.parameters() if p.ndim == 2) == 681_072
+    sample = SampleMLP(18, (64, 64))
+    assert count(sample) == 5_441
+    assert sum(p.numel() for p in sample.parameters() if p.ndim == 2) == 5_312
+
+
+@pytest.mark.parametrize(("length", "kernel"), [(320, 51), (77, 5), (20, 31)])
+def test_convolution_by_fft_is_torchs_own(length, kernel):
+    torch.manual_seed(0)
+    layer = DepthwiseFFT((3, 4), kernel)
+    native = torch.nn.Conv1d(12, 12, kernel, padding=kernel // 2, groups=12)
+    with torch.no_grad():
+        layer.bias.normal_()
+        native.weight.copy_(layer.weight.reshape(12, 1, kernel))
+        native.bias.copy_(layer.bias.flatten())
+    h = torch.randn(3, 4, 6, length)
+    expected = native(h.flatten(0, 1).transpose(0, 1)).transpose(0, 1).reshape(h.shape)
+    tolerance = {"rtol": 1e-5, "atol": 1e-5}
+    torch.testing.assert_close(layer(h), expected, **tolerance)
+    layer.native = True
+    torch.testing.assert_close(layer(h), expected, **tolerance)
+
+
+def test_convolution_by_fft_has_the_same_gradient():
+    torch.manual_seed(0)
+    layer = DepthwiseFFT((2, 3), 7).double()
+    h = torch.randn(2, 3, 2, 40, dtype=torch.double)
+    grads = []
+    for native in (False, True):
+        layer.native = native
+        layer.zero_grad()
+        (layer(h) ** 3).sum().backward()
+        grads.append(layer.weight.grad.clone())
+    torch.testing.assert_close(*grads, rtol=1e-10, atol=1e-10)
+
+
+def test_revin_undoes_itself_and_normalizes():
+    torch.manual_seed(0)
+    layer = RevIN(5)
+    with torch.no_grad():
+        layer.gain.uniform_(0.5, 2.0)
+        layer.offset.normal_()
+    x = 100.0 + 7.0 * torch.randn(4, 5, 320)
+    z, mean, deviation = layer.normalize(x)
+    plain = (z - layer.offset[:, None]) / layer.gain[:, None]
+    torch.testing.assert_close(plain.mean(dim=2), torch.zeros(4, 5), rtol=0, atol=1e-4)
+    torch.testing.assert_close(plain.std(dim=2, unbiased=False), torch.ones(4, 5), rtol=1e-4, atol=0)
+    torch.testing.assert_close(layer.restore(z, mean, deviation), x, rtol=1e-5, atol=1e-3)
+
+
+def test_grouped_perceptron_is_one_perceptron_for_each_group():
+    torch.manual_seed(0)
+    layer = GroupedMLP(3, 4, 2)
+    with torch.no_grad():
+        layer.up_bias.normal_()
+        layer.down_bias.normal_()
+    h = torch.randn(3, 4, 10)
+    for g in range(3):
+        up, down = torch.nn.Linear(4, 8), torch.nn.Linear(8, 4)
+        with torch.no_grad():
+            up.weight.copy_(layer.up[g])
+            up.bias.copy_(layer.up_bias[g, :, 0])
+            down.weight.copy_(layer.down[g])
+            down.bias.copy_(layer.down_bias[g, :, 0])
+        expected = down(torch.nn.GELU()(up(h[g].T))).T
+        torch.testing.assert_close(layer(h)[g], expected)
+
+
+def test_the_paths_inside_magtcn():
+    """With the merge at zero the head sees the raw inputs: a linear model is a special case (paper eq. 34)."""
+    torch.manual_seed(0)
+    module = MagTCN(6, width=3, kernel=5, window=40)
+    with torch.no_grad():
+        module.merge.zero_()
+    x = torch.randn(2, 6, 40)
+    expected = torch.einsum("m,bmt->bt", module.head.weight[0], x) + module.head.bias
+    torch.testing.assert_close(module(x), expected)
+
+
+@pytest.mark.parametrize("head", ["flat", "per-time", "last"])
+@pytest.mark.parametrize("revin", [False, True])
+def test_outputs_and_start(head, revin):
+    torch.manual_seed(0)
+    module = MagTCN(6, width=3, kernel=5, window=40, head=head, revin=revin, blocks=2)
+    x = torch.randn(2, 6, 40)
+    assert module(x).shape == ((2, 1) if head == "last" else (2, 40))
+    assert module(x).abs().max() > 0.01
+    module.start_at_zero()
+    assert not module(x).any()
+    module(x).pow(2).sum().backward()
+
+
+def test_variables_mix_in_the_second_pair_alone():
+    """Before it, each variable is embedded, convolved and widened by itself."""
+    torch.manual_seed(0)
+    module = MagTCN(4, width=3, kernel=5, window=32)
+    block = module.blocks[0]
+    h = torch.randn(4, 3, 1, 32)
+    changed = h.clone()
+    changed[2] += 1.0
+    before = [block.features(block.time(v).flatten(2)) for v in (h, changed)]
+    same = [torch.equal(before[0][m], before[1][m]) for m in range(4)]
+    assert same == [True, True, False, True]
+    assert not any(torch.equal(block(h)[m], block(changed)[m]) for m in range(4))
+
+
+def test_even_kernels_are_refused():
+    with pytest.raises(ValueError, match="must be odd"):
+        MagTCN(3, kernel=50)
+
+
+def test_band_matrix_is_the_filter():
+    """On a signal that lives inside the window, the matrix and the forward-backward filter agree."""
+    matrix = band_matrix(320, 10.0)
+    assert matrix.shape == (200, 320)
+    rng = np.random.default_rng(0)
+    window = rng.normal(size=320)
+    padded = np.concatenate([np.zeros(2000), window, np.zeros(2000)])
+    expected = signals.band_pass(padded, 10.0)[2060:2260]
+    np.testing.assert_allclose(matrix @ window, expected, rtol=0, atol=1e-9)
+    with pytest.raises(ValueError, match="needs more than 120"):
+        band_matrix(120, 10.0)
+
+
+def test_losses():
+    torch.manual_seed(0)
+    band = torch.tensor(band_matrix(200, 10.0).T, dtype=torch.float32)
+    truth, out = torch.randn(3, 200), torch.randn(3, 200)
+    error = (out - truth).numpy().astype(float)
+    inside = error @ band_matrix(200, 10.0).T
+    expected = np.mean(error**2) + 4.0 * np.mean(inside**2)
+    assert float(ResidualLoss(band, 4.0, last=False).of(out, truth)) == pytest.approx(expected, rel=1e-5)
+    last = ResidualLoss(None, 0.0, last=True).of(out[:, :1], truth)
+    assert float(last) == pytest.approx(np.mean((out[:, 0] - truth[:, -1]).numpy() ** 2), rel=1e-5)
+
+
+def test_tutored_loss_hands_over_from_tolles_lawson_to_the_truth():
+    """Paper 000, eq. 36 with W = 1: weights e^(-v k) and 1 - e^(-v k), k the epoch."""
+    loss = TutoredLoss(ResidualLoss(None, 0.0, last=False), decay=0.05, steps_per_epoch=10.0)
+    targets = torch.stack([torch.ones(1, 8), 3.0 * torch.ones(1, 8)], dim=1)
+    module = torch.nn.Module()
+    module.forward = lambda x: torch.zeros(1, 8)
+    for step in (0, 200):
+        share = np.exp(-0.05 * step / 10.0)
+        parts = [float(part) for part in loss(module, (torch.zeros(1, 2, 8), targets), step)]
+        assert parts == pytest.approx([share * 9.0, (1.0 - share) * 1.0])

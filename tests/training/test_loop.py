@@ -1,0 +1,184 @@
+import math
+
+import pytest
+import torch
+
+from magsim.errors import DataError, RequestError
+from magsim.training import Checkpoint, Plan, project_conflicts, reproducible, seeded, train
+
+
+def line(seed=0):
+    with seeded(seed):
+        return torch.nn.Sequential(torch.nn.Linear(3, 8), torch.nn.Tanh(), torch.nn.Linear(8, 1))
+
+
+def batch(generator):
+    x = torch.randn(16, 3, generator=generator)
+    return x, (x[:, :1] - 2.0 * x[:, 1:2])
+
+
+def losses(module, data, _step):
+    return [((module(data[0]) - data[1]) ** 2).mean()]
+
+
+FIXED = batch(torch.Generator().manual_seed(99))
+
+
+def measure(module):
+    return losses(module, FIXED, 0)[0].item()
+
+
+def run(module, plan, **options):
+    return train(module, batch, losses, options.pop("measure", measure), plan, seed=5, **options)
+
+
+def weights(module):
+    return torch.nn.utils.parameters_to_vector(module.parameters()).detach().clone()
+
+
+def test_learns_and_leaves_the_best_state():
+    module = line()
+    before = measure(module)
+    outcome = run(module, Plan(300, 0.05, every=20, patience=100))
+    assert outcome.best_value < 0.1 * before
+    assert measure(module) == outcome.best_value == min(value for _, _, value in outcome.history)
+    assert not module.training
+
+
+def test_same_seed_same_weights_and_the_global_generator_is_left_alone():
+    torch.manual_seed(1)
+    expected = torch.rand(3)
+    ends = []
+    torch.manual_seed(1)
+    for _ in range(2):
+        module = line()
+        run(module, Plan(30, 0.01, every=10))
+        ends.append(weights(module))
+    assert torch.equal(*ends)
+    assert torch.equal(torch.rand(3), expected)
+
+
+def test_step_zero_counts():
+    module = line()
+    start = weights(module)
+    values = iter([1.0, *[2.0] * 100])
+    outcome = run(module, Plan(100, 0.01, every=10, patience=3), measure=lambda _: next(values))
+    assert (outcome.best_step, outcome.best_value, outcome.steps) == (0, 1.0, 30)
+    assert torch.equal(weights(module), start)
+
+
+def test_stops_after_patience_without_a_better_value():
+    values = iter([5.0, 4.0, 3.0, *[3.5] * 100])
+    outcome = run(line(), Plan(1000, 0.01, every=10, patience=4), measure=lambda _: next(values))
+    assert (outcome.best_step, outcome.steps) == (20, 60)
+
+
+def test_cosine_decay():
+    plan = Plan(100, 0.2)
+    assert [plan.rate(step) for step in (0, 50, 100)] == pytest.approx([0.2, 0.1, 0.0])
+    assert Plan(100, 0.2, decay=False).rate(70) == 0.2
+
+
+@pytest.mark.parametrize("stop", [10, 20, 40])
+def test_resumed_run_ends_as_an_uninterrupted_one(tmp_path, stop):
+    plan = Plan(60, 0.01, every=10, patience=100)
+    whole = line()
+    expected = run(whole, plan)
+
+    class Stop(Exception):
+        pass
+
+    def broken(progress):
+        if progress.step == stop:
+            raise Stop
+
+    with pytest.raises(Stop):
+        run(line(), plan, progress=broken, checkpoint=Checkpoint(tmp_path, "a"))
+    assert len(list(tmp_path.iterdir())) == 2
+    resumed = line(seed=1)  # start weights do not matter any more
+    steps = []
+    outcome = run(
+        resumed, plan, progress=lambda progress: steps.append(progress.step), checkpoint=Checkpoint(tmp_path, "a")
+    )
+    assert steps[0] == stop + 10
+    assert repr(outcome) == repr(expected)
+    assert torch.equal(weights(resumed), weights(whole))
+    assert run(line(2), plan, checkpoint=Checkpoint(tmp_path, "a")).steps == 60
+
+
+def test_checkpoints_that_cannot_be_used_are_told(tmp_path):
+    plan = Plan(20, 0.01, every=10)
+    run(line(), plan, checkpoint=Checkpoint(tmp_path, "a"))
+    with pytest.raises(RequestError, match="other settings"):
+        run(line(), plan, checkpoint=Checkpoint(tmp_path, "b"))
+    with pytest.raises(DataError, match="does not fit the network"):
+        run(torch.nn.Linear(3, 1), plan, checkpoint=Checkpoint(tmp_path, "a"))
+    for path in tmp_path.glob("*.pt"):
+        path.write_bytes(path.read_bytes()[:50])
+    with pytest.raises(DataError, match="is broken"):
+        run(line(), plan, checkpoint=Checkpoint(tmp_path, "a"))
+
+
+def test_a_half_written_pair_is_passed_over(tmp_path):
+    run(line(), Plan(20, 0.01, every=10), checkpoint=Checkpoint(tmp_path, "a"))
+    (tmp_path / "step_00000099.pt").write_bytes(b"x")
+    assert Checkpoint(tmp_path, "a").load().step == 20
+
+
+def test_divergence_is_told():
+    values = iter([1.0, math.nan])
+    with pytest.raises(DataError, match="the validation value at step 10 is nan"):
+        run(line(), Plan(100, 0.01, every=10), measure=lambda _: next(values))
+    with pytest.raises(DataError, match="the loss at step 0 is nan"):
+        train(line(), batch, lambda *_: [torch.tensor(math.nan, requires_grad=True)], measure, Plan(10), seed=0)
+
+
+def test_progress_has_loss_value_and_remaining_time():
+    seen = []
+    run(line(), Plan(40, 0.01, every=10), phase="fit", progress=seen.append)
+    assert [p.step for p in seen] == [0, 10, 20, 30, 40]
+    assert all(p.phase == "fit" and p.steps == 40 for p in seen)
+    assert math.isnan(seen[0].loss)
+    assert all(p.loss > 0.0 and p.eta_s >= 0.0 for p in seen[1:])
+    assert seen[-1].eta_s == 0.0
+
+
+def test_settings_of_torch_are_put_back():
+    before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
+    with reproducible(1):
+        assert torch.get_num_threads() == 1
+        assert torch.are_deterministic_algorithms_enabled()
+    assert (torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()) == before
+
+
+def test_conflicting_gradients_are_projected_on_the_original_other():
+    """For d = g1.g2 < 0: g1 - d/|g2|^2 g2 and g2 - d/|g1|^2 g1, summed; each part is at right angles to the other."""
+    g1, g2 = torch.tensor([1.0, 0.0]), torch.tensor([-1.0, 2.0])
+    d = torch.dot(g1, g2)
+    p1, p2 = g1 - d / torch.dot(g2, g2) * g2, g2 - d / torch.dot(g1, g1) * g1
+    merged = project_conflicts([g1, g2])
+    torch.testing.assert_close(merged, p1 + p2)
+    assert abs(float(torch.dot(p1, g2))) < 1e-6
+    assert float(torch.dot(merged, g1)) >= 0.0
+    assert float(torch.dot(merged, g2)) >= 0.0
+    friends = [torch.tensor([1.0, 1.0]), torch.tensor([2.0, -1.0])]
+    torch.testing.assert_close(project_conflicts(friends), friends[0] + friends[1])
+
+
+def test_surgery_gives_the_parameters_the_merged_gradient():
+    """Two losses on one weight vector, against one step of Adam's direction by hand: the sign of the gradient."""
+    module = torch.nn.Linear(2, 1, bias=False)
+    with torch.no_grad():
+        module.weight.copy_(torch.tensor([[0.0, 0.0]]))
+    g1, g2 = torch.tensor([1.0, 0.1]), torch.tensor([-3.0, 0.1])
+    # added: (-2, 0.2); projected: g1 is freed from g2 and g2 from g1, and both components are positive
+    merged = project_conflicts([g1, g2])
+    assert merged[0] * (g1 + g2)[0] < 0.0 or merged[1] > (g1 + g2)[1]
+
+    def two(m, _data, _step):
+        return [(m.weight[0] * g1).sum(), (m.weight[0] * g2).sum()]
+
+    values = iter([1.0, 0.0])
+    plan = Plan(1, 0.1, decay=False, every=1, surgery=True)
+    train(module, batch, two, lambda _: next(values), plan, seed=0)
+    torch.testing.assert_close(module.weight[0].detach(), -0.1 * torch.sign(merged), rtol=1e-4, atol=1e-6)
