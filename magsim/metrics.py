@@ -70,7 +70,7 @@ def band_std(values: np.ndarray, rate_hz: float, mask: np.ndarray | None = None)
     return std(_kept(signals.band_pass(values, rate_hz), rate_hz, mask))
 
 
-def improvementratio(
+def improvement_ratio(
     interference: np.ndarray, error: np.ndarray, rate_hz: float, mask: np.ndarray | None = None
 ) -> float:
     """IR against truth: STD of the band-passed interference over STD of the band-passed error.
