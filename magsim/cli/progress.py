@@ -1,8 +1,12 @@
-"""Progress of long work on stderr; silent where nobody watches."""
+"""Progress of long work on stderr."""
 
+import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
+
+import click
 
 
 @contextmanager
@@ -41,3 +45,57 @@ def stages(*, quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
 
     with shown:
         yield report
+
+
+@contextmanager
+def training(*, quiet: bool = False) -> Iterator[Callable[[Any], None]]:
+    """Loss, validation error and remaining time: bars on a terminal, else one line for each tenth of a run.
+
+    Yields
+    ------
+    callable
+        Takes a ``magsim.training.Progress``; a new phase adds a bar.
+    """
+    if quiet:
+        yield lambda _progress: None
+        return
+    if not sys.stderr.isatty():
+        yield _lines()
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    shown = Progress(
+        TextColumn("{task.description:<8}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[text]}"),
+        console=Console(stderr=True),
+    )
+    tasks: dict[str, Any] = {}
+
+    def report(progress: Any) -> None:
+        if progress.phase not in tasks:
+            tasks[progress.phase] = shown.add_task(progress.phase, total=progress.steps, text="")
+        shown.update(tasks[progress.phase], completed=progress.step, text=_said(progress))
+
+    with shown:
+        yield report
+
+
+def _lines() -> Callable[[Any], None]:
+    told: dict[str, int] = {}
+
+    def report(progress: Any) -> None:
+        tenth = 10 * progress.step // progress.steps
+        if told.get(progress.phase, -1) < tenth:
+            told[progress.phase] = tenth
+            click.echo(f"{progress.phase} {progress.step}/{progress.steps} {_said(progress)}", err=True)
+
+    return report
+
+
+def _said(progress: Any) -> str:
+    loss = "-" if math.isnan(progress.loss) else f"{progress.loss:.4g}"
+    eta = "-" if math.isnan(progress.eta_s) else f"{progress.eta_s:.0f} s"
+    return f"loss {loss}, in band {progress.valid:.4f} nT (best {progress.best:.4f}), ETA {eta}"

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,11 +27,11 @@ TRAINED = ("bp", "magtcn")
 DRAWN = ("tl16", "magtcn")
 """Methods whose residuals are drawn."""
 
-Progress = Callable[[str, float], None]
-"""Called with the name of a step and its share done, 0 to 1."""
+Simulating = Callable[[], AbstractContextManager[Callable[[str, float], None]]]
+"""Opens a display that is told the name of a step and its share done, 0 to 1."""
 
-Training = Callable[[str, object], None]
-"""Called with the name of a method and the state of its training."""
+Training = Callable[[], AbstractContextManager[Callable[[object], None]]]
+"""Opens a display that is told the state of one training (``magsim.training.Progress``)."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ def run_demo(
     folder: Path,
     *,
     say: Callable[[str], None],
-    progress: Progress | None = None,
-    training: Training | None = None,
+    simulating: Simulating = lambda: nullcontext(lambda _step, _share: None),
+    training: Training = lambda: nullcontext(lambda _state: None),
 ) -> DemoResult:
     """Generate the calibration flight, train and score compensators on it, and draw the figures.
 
@@ -57,8 +58,8 @@ def run_demo(
         Where everything goes; made if it is not there. Only what an earlier demo wrote is replaced.
     say : callable
         Told what begins, one line for each step.
-    progress, training : callable, optional
-        Told how far a step is.
+    simulating, training : callable, optional
+        Open displays of how far the simulation and each training are.
 
     Raises
     ------
@@ -67,14 +68,17 @@ def run_demo(
     """
     writer = _Folder.open(folder)
     say(f"1/4  fly {SCENARIO} and compute its field (the aircraft's response is solved the first time)")
-    recording = simulate(load_scenario(SCENARIO), progress=progress)
+    with simulating() as progress:
+        recording = simulate(load_scenario(SCENARIO), progress=progress)
     writer.write(f"{SCENARIO}.h5", lambda path: recording.write(path, force=True))
     sensor = recording.scalars[0]
 
-    say(f"2/4  train {' and '.join(TRAINED)} on circuit 1, validated on its last leg")
     fitted = []
     for name in TRAINED:
-        fitted.append((name, _train(name, recording, sensor, writer.folder / name, training)))
+        say(f"2/4  train {name} on circuit 1")
+        with training() as progress:
+            fitted.append((name, _train(name, recording, sensor, progress)))
+        fitted[-1][1].save(writer.folder / name)
         writer.adopt(name)
 
     say("3/4  compensate circuit 2 and score against the truth")
@@ -93,14 +97,11 @@ def run_demo(
     return DemoResult(recording, report, tuple(writer.folder / name for name in writer.written))
 
 
-def _train(name: str, recording: Recording, sensor: str, folder: Path, training: Training | None) -> Compensator:
-    """Train one network with its demo preset and save it."""
+def _train(name: str, recording: Recording, sensor: str, progress: Callable[[object], None]) -> Compensator:
+    """Train one network with its demo preset."""
     train, valid = (recording.where(split=split).labeled() for split in ("train", "valid"))
     method = create(name, preset="demo")
-    tell = (lambda state: training(name, state)) if training else None
-    method.fit([train], sensor=sensor, valid=[valid], progress=tell)  # type: ignore[call-arg]
-    method.save(folder)
-    return method
+    return method.fit([train], sensor=sensor, valid=[valid], progress=progress)  # type: ignore[call-arg]
 
 
 def _estimates(methods: Sequence[tuple[str, Compensator]], test: Recording) -> dict[str, np.ndarray]:

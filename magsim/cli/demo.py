@@ -1,0 +1,40 @@
+"""``magsim demo``: the whole chain in one go."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Generate, train, compensate, and draw: the whole chain.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    default=Path("demo"),
+    show_default=True,
+    help="Where everything goes; only what an earlier demo wrote is replaced.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress.")
+def demo(output: Path, quiet: bool) -> None:
+    """Fly the calibration flight, train, compensate, score and draw.
+
+    Circuit 1 of the flight is for fitting, its last leg for validation, circuit 2 for judging against the truth.
+    """
+    from magsim.cli.interrupts import held
+    from magsim.cli.progress import stages, training
+
+    with held():
+        from magsim.experiments.demo import run_demo
+
+    say = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))
+    result = run_demo(
+        output,
+        say=say,
+        simulating=lambda: stages(quiet=quiet),
+        training=lambda: training(quiet=quiet),
+    )
+    click.echo(result.report.to_text(), nl=False)
+    click.echo()
+    for path in result.files:
+        click.echo(f"{path}")
