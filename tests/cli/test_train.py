@@ -6,6 +6,7 @@ import pytest
 from worlds import World, calibration
 
 from magsim.cli import main
+from magsim.cli import progress as module
 
 CONFIG = """\
 method = "bp"
@@ -89,8 +90,6 @@ def test_existing_runs_are_not_touched(flight, tmp_path, capsys):
 
 
 def test_broken_off_run_is_resumed(flight, tmp_path, capsys, monkeypatch):
-    import magsim.cli.train as module
-
     (tmp_path / "bp.toml").write_text(CONFIG)
     assert run(capsys, "train", "bp.toml", flight, "-o", tmp_path / "whole", "-q")[0] == 0
     lines = module._lines
