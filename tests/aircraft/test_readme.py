@@ -1,0 +1,23 @@
+"""The aircraft's page prints what the aircraft's file gives."""
+
+import re
+
+from magsim import assets, metrics
+from magsim.aircraft import load_aircraft
+from magsim.field import load_response
+from tests.benchmarks.aircraft_levels import lines
+
+
+def page() -> str:
+    return (assets.aircraft_dir("c208b") / "README.md").read_text(encoding="utf-8")
+
+
+def test_levels_of_every_mount_are_those_of_the_response():
+    printed = [line for line in page().splitlines() if re.match(r"\| (cabin|sgl)_", line)]
+    # The page has one more column: what was published.
+    assert ["|".join(line.split("|")[:-2]) + "|" for line in printed] == lines(load_response(load_aircraft("c208b")))
+
+
+def test_level_of_the_calibration_flight(calibration):
+    said = float(re.search(r"center sees ([\d.]+) nT in 0\.1-0\.6 Hz", page())[1])
+    assert abs(metrics.band_std(calibration["interference_cabin_nt"], calibration.rate_hz) - said) < 0.06
