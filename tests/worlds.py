@@ -1,8 +1,8 @@
 """Synthetic Tolles-Lawson recordings for the tests, from plain numpy and nothing of the simulator.
 
 A constant-speed flight of square circuits with pitch, roll and yaw maneuvers on each leg, and an aircraft that is
-exactly a permanent vector, an induced matrix and an eddy matrix. The coefficients are those of the prototype world
-of reference/benchmark.md section 6.1.
+exactly a permanent vector, an induced matrix and an eddy matrix, of the size that paper 000 prints for its simulated
+data set: some hundred nT broadband, about 10 nT in band.
 """
 
 from dataclasses import dataclass
