@@ -148,8 +148,8 @@ class BPCompensator(ResidualNetwork):
 
     name = "bp"
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
-        "demo": {"steps": 1000, "batch": 8, "every": 50},
-        "cpu": {"steps": 4000, "batch": 16, "every": 100},
+        "demo": {"steps": 1500, "batch": 8, "every": 50, "patience": 30},
+        "cpu": {"steps": 4000, "batch": 16, "every": 100, "patience": 20},
         # Paper 000: 6080 inputs, 112 units (a reconstruction); 200 epochs of windows at every offset.
         "paper": {
             "per": "window",

@@ -105,7 +105,7 @@ class ResidualNetwork(Compensator):
     hold_out : {"blocks", "legs"}
         What the first run is judged on: blocks of time out of training and validation recordings, or the validation
         recordings. A validation leg flies a heading that no training leg has taught, so ``legs`` stops too early,
-        often at step 0 (measured: shipped calibration flight, IR 61 against 560 with ``blocks``).
+        often at step 0 (measured: shipped calibration flight, IR 61 against 540 with ``blocks``).
     steps, batch, learning_rate, decay, every, patience, threads
         See ``magsim.training.Plan``.
     refit : bool
