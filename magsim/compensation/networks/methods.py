@@ -1,6 +1,7 @@
 """The neural methods: MagTCN and the plain BP network, each with its presets."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
@@ -8,7 +9,7 @@ from torch import nn
 
 from magsim.compensation.networks.bp import SampleMLP, WindowMLP
 from magsim.compensation.networks.magtcn import MagTCN
-from magsim.compensation.networks.residual import Count, Features, Rate, ResidualNetwork, Stage, Weight
+from magsim.compensation.networks.residual import Count, Features, Rate, ResidualNetwork
 
 
 def _odd(value: int) -> int:
@@ -21,6 +22,7 @@ def _odd(value: int) -> int:
 Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class MagTCNCompensator(ResidualNetwork):
     """MagTCN of Wang and Zuo (paper 000) on what a Tolles-Lawson stage leaves.
 
@@ -58,60 +60,12 @@ class MagTCNCompensator(ResidualNetwork):
         },
     }
 
-    def __init__(
-        self,
-        *,
-        width: Count = 8,
-        expansion: Count = 2,
-        kernel: Kernel = 51,
-        head: Literal["flat", "per-time", "last"] = "per-time",
-        revin: bool = False,
-        blocks: Count = 1,
-        features: Features = ("tl16", "attitude"),
-        first_stage: Stage = "tl16",
-        stage_band: Literal["in", "broad"] = "in",
-        fluxgate: str | None = None,
-        scale: Literal["constant", "sample"] = "constant",
-        window: Count = 320,
-        stride: Count = 80,
-        band_weight: Weight = 1.0,
-        tutor: Weight = 0.0,
-        surgery: bool = False,
-        steps: Count = 3000,
-        batch: Count = 16,
-        learning_rate: Rate = 3e-3,
-        decay: bool = True,
-        every: Count = 100,
-        patience: Count = 10,
-        hold_out: Literal["blocks", "legs"] = "blocks",
-        refit: bool = True,
-        threads: Count = 1,
-    ) -> None:
-        self.width = width
-        self.expansion = expansion
-        self.kernel = kernel
-        self.head = head
-        self.revin = revin
-        self.blocks = blocks
-        self.features = features
-        self.first_stage = first_stage
-        self.stage_band = stage_band
-        self.fluxgate = fluxgate
-        self.scale = scale
-        self.window = window
-        self.stride = stride
-        self.band_weight = band_weight
-        self.tutor = tutor
-        self.surgery = surgery
-        self.steps = steps
-        self.batch = batch
-        self.learning_rate = learning_rate
-        self.decay = decay
-        self.every = every
-        self.patience = patience
-        self.hold_out = hold_out
-        self.refit = refit
-        self.threads = threads
+    width: Count = 8
+    expansion: Count = 2
+    kernel: Kernel = 51
+    head: Literal["flat", "per-time", "last"] = "per-time"
+    revin: bool = False
+    blocks: Count = 1
 
     @property
     def last(self) -> bool:  # type: ignore[override]
@@ -132,6 +86,7 @@ class MagTCNCompensator(ResidualNetwork):
         )
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class BPCompensator(ResidualNetwork):
     """Plain back-propagation network on what a Tolles-Lawson stage leaves.
 
@@ -148,8 +103,8 @@ class BPCompensator(ResidualNetwork):
 
     name = "bp"
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
-        "demo": {"steps": 1500, "batch": 8, "every": 50, "patience": 30},
-        "cpu": {"steps": 4000, "batch": 16, "every": 100, "patience": 20},
+        "demo": {"steps": 2000, "batch": 8, "every": 50},
+        "cpu": {"steps": 4000, "batch": 16, "every": 100},
         # Paper 000: 6080 inputs, 112 units (a reconstruction); 200 epochs of windows at every offset.
         "paper": {
             "per": "window",
@@ -186,54 +141,13 @@ class BPCompensator(ResidualNetwork):
         },
     }
 
-    def __init__(
-        self,
-        *,
-        per: Literal["sample", "window"] = "sample",
-        hidden: Annotated[tuple[Count, ...], Field(min_length=1)] = (32, 32),
-        activation: Literal["relu", "tanh", "gelu"] = "tanh",
-        features: Features = ("tl16",),
-        first_stage: Stage = "tl16",
-        stage_band: Literal["in", "broad"] = "in",
-        fluxgate: str | None = None,
-        scale: Literal["constant", "sample"] = "constant",
-        window: Count = 320,
-        stride: Count = 80,
-        band_weight: Weight = 1.0,
-        tutor: Weight = 0.0,
-        surgery: bool = False,
-        steps: Count = 4000,
-        batch: Count = 16,
-        learning_rate: Rate = 3e-3,
-        decay: bool = True,
-        every: Count = 100,
-        patience: Count = 10,
-        hold_out: Literal["blocks", "legs"] = "blocks",
-        refit: bool = True,
-        threads: Count = 1,
-    ) -> None:
-        self.per = per
-        self.hidden = hidden
-        self.activation = activation
-        self.features = features
-        self.first_stage = first_stage
-        self.stage_band = stage_band
-        self.fluxgate = fluxgate
-        self.scale = scale
-        self.window = window
-        self.stride = stride
-        self.band_weight = band_weight
-        self.tutor = tutor
-        self.surgery = surgery
-        self.steps = steps
-        self.batch = batch
-        self.learning_rate = learning_rate
-        self.decay = decay
-        self.every = every
-        self.patience = patience
-        self.hold_out = hold_out
-        self.refit = refit
-        self.threads = threads
+    per: Literal["sample", "window"] = "sample"
+    hidden: Annotated[tuple[Count, ...], Field(min_length=1)] = (32, 32)
+    activation: Literal["relu", "tanh", "gelu"] = "tanh"
+    features: Features = ("tl16",)
+    steps: Count = 4000
+    learning_rate: Rate = 1e-2
+    patience: Count = 40
 
     @property
     def last(self) -> bool:  # type: ignore[override]

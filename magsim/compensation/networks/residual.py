@@ -67,6 +67,7 @@ class _Fitted:
     module: nn.Module
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class ResidualNetwork(Compensator):
     """Common half of the neural methods: everything but the network itself.
 
@@ -120,27 +121,27 @@ class ResidualNetwork(Compensator):
     """
 
     resumable: ClassVar[bool] = True
-    last: bool = False
+    last: ClassVar[bool] = False
 
-    features: tuple[str, ...]
-    first_stage: str
-    stage_band: Literal["in", "broad"]
-    fluxgate: str | None
-    scale: Literal["constant", "sample"]
-    window: int
-    stride: int
-    band_weight: float
-    tutor: float
-    surgery: bool
-    steps: int
-    batch: int
-    learning_rate: float
-    decay: bool
-    every: int
-    patience: int
-    hold_out: Literal["blocks", "legs"]
-    refit: bool
-    threads: int
+    features: Features = ("tl16", "attitude")
+    first_stage: Stage = "tl16"
+    stage_band: Literal["in", "broad"] = "in"
+    fluxgate: str | None = None
+    scale: Literal["constant", "sample"] = "constant"
+    window: Count = 320
+    stride: Count = 80
+    band_weight: Weight = 1.0
+    tutor: Weight = 0.0
+    surgery: bool = False
+    steps: Count = 3000
+    batch: Count = 16
+    learning_rate: Rate = 3e-3
+    decay: bool = True
+    every: Count = 100
+    patience: Count = 10
+    hold_out: Literal["blocks", "legs"] = "blocks"
+    refit: bool = True
+    threads: Count = 1
 
     @abstractmethod
     def make_module(self, channels: int) -> nn.Module:
