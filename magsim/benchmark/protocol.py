@@ -72,14 +72,18 @@ def benchmark(
     sensor = _pick_sensor(recordings, [c for _, c in named if c is not None], sensor)
     for recording in recordings:
         _check(recording, sensor)
+    parts_of = [_parts(recording) for recording in recordings]
+    if not any(parts_of):
+        names = ", ".join(repr(recording.name) for recording in recordings)
+        msg = f"no test rows: no row of {names} has split = test"
+        raise RequestError(msg)
     fit_s = _fit(recordings, named, sensor, seed, say)
 
     warmup_s = max([0.0, *(compensator.warmup_s for _, compensator in named if compensator is not None)])
     rows: list[Row] = []
     notes: list[str] = []
     judged: dict[str, dict[str, object]] = {}
-    for recording in recordings:
-        parts = _parts(recording)
+    for recording, parts in zip(recordings, parts_of, strict=True):
         if not parts:
             continue
         truth = columns.CLEAN.name(sensor=sensor) in recording
@@ -92,10 +96,6 @@ def benchmark(
                 continue
             say(f"{name} on {recording.name}")
             rows += _judge(name, compensator, parts, sensor, warmup_s)
-    if not rows:
-        names = ", ".join(repr(recording.name) for recording in recordings)
-        msg = f"no test rows: no row of {names} has split = test"
-        raise RequestError(msg)
     about = {
         "magsim": __version__,
         "seed": seed,
