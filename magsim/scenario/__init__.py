@@ -1,0 +1,186 @@
+"""A scenario: where, when, how flown, which physics, which instruments, which seed.
+
+The models here are the meaning of a scenario file; ``magsim.config`` reads it and reports every error with
+file and line. Limits that belong to the aircraft are checked in the same pass: the aircraft comes in as
+``context["aircraft"]`` of the validation.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from magsim import assets, config
+from magsim.aircraft import Aircraft, load_aircraft
+from magsim.config import Problems, Strict
+from magsim.errors import RequestError
+from magsim.scenario.base import aircraft_of
+from magsim.scenario.instruments import FluxgateSensor, Ins, ScalarSensor, Sensor, Sensors
+from magsim.scenario.patterns import (
+    LEGS,
+    Box,
+    Cloverleaf,
+    Pattern,
+    PatternBase,
+    Train,
+    check_fit,
+    check_loads,
+)
+from magsim.scenario.physics import Air, Earth, Eddy, Field_, Part
+from magsim.scenario.start import FlightSettings, Start
+
+__all__ = [
+    "LEGS",
+    "Air",
+    "Box",
+    "Cloverleaf",
+    "Earth",
+    "Eddy",
+    "Field_",
+    "FlightSettings",
+    "FluxgateSensor",
+    "Ins",
+    "LoadedScenario",
+    "Part",
+    "Pattern",
+    "PatternBase",
+    "RecordingSettings",
+    "ScalarSensor",
+    "Scenario",
+    "Sensor",
+    "Sensors",
+    "Start",
+    "Train",
+    "load_scenario",
+]
+
+
+class RecordingSettings(Strict):
+    """The rows that are written, and which of them serve for training."""
+
+    rate_hz: int = Field(default=10, ge=5, le=20, description="rows a second; divides flight.step_hz")
+    train_circuits: Annotated[tuple[int, ...], Field(strict=False)] = (1,)
+    valid_legs: Annotated[tuple[int, ...], Field(strict=False)] = Field(
+        default=(4,), description="legs of the training circuits that are kept for validation"
+    )
+
+
+class Scenario(Strict):
+    """One flight, complete."""
+
+    schema_: Literal[1] = Field(alias="schema", description="version of this format")
+    seed: int = Field(ge=0, lt=2**63, description="every random number comes from it")
+    title: str = ""
+    aircraft: str = Field(description="name of a folder in aircraft/")
+    start: Start
+    flight: FlightSettings = FlightSettings()
+    pattern: Pattern
+    air: Air = Air()
+    field: Field_ = Field_()
+    sensors: Sensors
+    recording: RecordingSettings = RecordingSettings()
+
+    @field_validator("pattern")
+    @classmethod
+    def _flyable(cls, pattern: Box | Cloverleaf, info: ValidationInfo) -> Box | Cloverleaf:
+        start = info.data.get("start")
+        if start:
+            found = [*check_fit(pattern, start), *check_loads(pattern, start, aircraft_of(info))]
+            if found:
+                raise Problems(*found)
+        return pattern
+
+    @field_validator("recording")
+    @classmethod
+    def _rows_exist(cls, recording: RecordingSettings, info: ValidationInfo) -> RecordingSettings:
+        found = [*_check_rows(recording, info.data.get("flight"), info.data.get("pattern"))]
+        if found:
+            raise Problems(*found)
+        return recording
+
+
+def _check_rows(
+    recording: RecordingSettings, flight: FlightSettings | None, pattern: Box | Cloverleaf | None
+) -> Iterator[tuple[str, str]]:
+    """Rows and splits must exist."""
+    rate = recording.rate_hz
+    if flight and flight.step_hz % rate:
+        yield "rate_hz", f"{rate} does not divide flight.step_hz = {flight.step_hz}; allowed: a divisor of it"
+    circuits = pattern.circuits if pattern else 100
+    for key, values, last in (
+        ("train_circuits", recording.train_circuits, circuits),
+        ("valid_legs", recording.valid_legs, LEGS),
+    ):
+        for i, value in enumerate(values):
+            if not 1 <= value <= last:
+                yield f"{key}[{i}]", f"{value} is not flown; allowed: 1 to {last}"
+
+
+@dataclass(frozen=True)
+class LoadedScenario:
+    """A scenario with all that it refers to: what ``simulate`` takes.
+
+    Attributes
+    ----------
+    name : str
+        Name of the scenario: the file's stem.
+    scenario : Scenario
+    aircraft : Aircraft
+    text : str
+        The scenario file as it was read.
+    overrides : tuple of str
+        ``key.path=value`` settings that were laid over the text.
+    """
+
+    name: str
+    scenario: Scenario
+    aircraft: Aircraft
+    text: str
+    overrides: tuple[str, ...] = ()
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over the meaning of the scenario and the aircraft's files, in hexadecimal.
+
+        Comments, order of keys and values that equal the default do not count.
+        """
+        meaning = json.dumps(self.scenario.model_dump(mode="json", by_alias=True), sort_keys=True)
+        return hashlib.sha256(f"{meaning}\n{self.aircraft.digest}".encode()).hexdigest()
+
+
+def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> LoadedScenario:
+    """Read and check a scenario with the aircraft that it flies.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A TOML file, or the name of a shipped scenario with or without ``.toml``.
+    overrides : sequence of str
+        ``key.path=value`` settings that are laid over the file.
+
+    Returns
+    -------
+    LoadedScenario
+
+    Raises
+    ------
+    RequestError
+        If anything is wrong: one line for each problem, with file and line.
+    """
+    path = assets.scenario_path(name_or_path)
+    document = config.read(path, overrides=overrides)
+    name = document.table.get("aircraft")
+    aircraft, also = None, []
+    if isinstance(name, str):
+        try:
+            aircraft = load_aircraft(name)
+        except RequestError as error:
+            also.append(("aircraft", str(error)))
+    scenario = document.validate(Scenario, context={"aircraft": aircraft}, also=also)
+    assert aircraft is not None  # else validate had told a problem
+    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides))

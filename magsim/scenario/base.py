@@ -1,0 +1,16 @@
+"""What the models of a scenario share."""
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field, ValidationInfo
+
+if TYPE_CHECKING:
+    from magsim.aircraft import Aircraft
+
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+
+
+def aircraft_of(info: ValidationInfo) -> "Aircraft | None":
+    """The aircraft that a scenario is checked against, if it is known."""
+    return (info.context or {}).get("aircraft")

@@ -1,0 +1,71 @@
+"""The instruments on board."""
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from magsim.config import Name, Strict, Vector
+from magsim.scenario.base import NonNegative, Positive, aircraft_of
+
+
+class Sensor(Strict):
+    """An instrument with a name of its own at a mount of the aircraft."""
+
+    name: Name
+    mount: str
+
+    @field_validator("mount")
+    @classmethod
+    def _exists(cls, value: str, info: ValidationInfo) -> str:
+        aircraft = aircraft_of(info)
+        if aircraft and value not in aircraft.mounts:
+            known = ", ".join(aircraft.mounts)
+            msg = f"{aircraft.name} has no mount {value!r}; allowed: {known}"
+            raise ValueError(msg)
+        return value
+
+
+class ScalarSensor(Sensor):
+    """A total-field magnetometer."""
+
+    noise_nt_rthz: NonNegative = Field(default=0.004, description="white noise density")
+
+
+class FluxgateSensor(Sensor):
+    """A three-axis fluxgate."""
+
+    noise_nt_rthz: NonNegative = Field(default=0.015, description="white noise density of each axis")
+    offset_nt: Vector = (0.0, 0.0, 0.0)
+    scale_error: Vector = Field(default=(0.0, 0.0, 0.0), description="relative, 0.001 is 0.1 %")
+    nonorthogonality_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="angles xy, xz, yz beyond 90")
+    misalignment_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="roll, pitch, yaw of the mounting")
+
+
+class Ins(Strict):
+    """Inertial navigation: bias, Gauss-Markov drift and a little white noise on each channel."""
+
+    attitude_bias_deg: Vector = (0.0, 0.0, 0.0)
+    attitude_drift_deg: NonNegative = Field(default=0.0, description="standard deviation of the drift")
+    attitude_noise_deg: NonNegative = Field(default=0.0, description="white, each row")
+    heading_factor: Positive = Field(default=1.0, description="drift and noise of heading over roll and pitch")
+    position_drift_m: NonNegative = 0.0
+    position_noise_m: NonNegative = 0.0
+    velocity_drift_mps: NonNegative = 0.0
+    velocity_noise_mps: NonNegative = 0.0
+    correlation_s: Positive = 300.0
+
+
+class Sensors(Strict):
+    """All instruments on board."""
+
+    scalar: tuple[ScalarSensor, ...] = Field(min_length=1, strict=False)
+    fluxgate: tuple[FluxgateSensor, ...] = Field(default=(), strict=False)
+    ins: Ins = Ins()
+
+    @field_validator("scalar", "fluxgate")
+    @classmethod
+    def _unique(cls, value: tuple[Sensor, ...], info: ValidationInfo) -> tuple[Sensor, ...]:
+        names = [sensor.name for sensor in (*(info.data.get("scalar") or ()), *value)]
+        double = sorted({name for name in names if names.count(name) > 1})
+        if double:
+            msg = f"sensor names must differ, used twice: {', '.join(double)}"
+            raise ValueError(msg)
+        return value
