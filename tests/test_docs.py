@@ -1,7 +1,10 @@
 """The documentation tells what the program does."""
 
 import re
+import runpy
 from pathlib import Path
+
+import pytest
 
 from magsim import columns
 
@@ -25,3 +28,23 @@ def test_files_that_the_readme_names_exist():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for path in re.findall(r"`((?:scenarios|aircraft|docs|magsim)/[\w/.]*)`", text):
         assert (ROOT / path).exists(), path
+
+
+def test_the_own_compensator_of_the_page_can_be_scored(calibration, monkeypatch, tmp_path):
+    from magsim.benchmark import benchmark
+    from magsim.compensation import registry
+
+    monkeypatch.setattr(registry, "_REGISTRY", dict(registry._REGISTRY))
+    text = (ROOT / "docs" / "compensators.md").read_text(encoding="utf-8")
+    example = tmp_path / "mine.py"
+    example.write_text(re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)[0], encoding="utf-8")
+    report = benchmark([calibration], [runpy.run_path(str(example))["Mine"](), "tl16", "noise_floor"])
+    assert report.value("mine", "ir") == pytest.approx(1.0)
+    assert report.value("mine", "rmse_nt") < 400.0
+
+
+def test_every_method_is_on_the_page():
+    from magsim.compensation import names
+
+    text = (ROOT / "docs" / "compensators.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in text for name in names() if name != "mine")

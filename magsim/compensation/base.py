@@ -98,13 +98,39 @@ class Compensator(ABC):
         features.require(recording, [columns.MAG.name(sensor=self.sensor_)])
         return recording[columns.MAG.name(sensor=self.sensor_)] - self.interference(recording)
 
-    @abstractmethod
     def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """What ``fit`` learned: plain values for JSON, and arrays."""
+        """What ``fit`` learned: plain values for JSON, and arrays.
 
-    @abstractmethod
+        By default every attribute whose name ends in an underscore.
+
+        Raises
+        ------
+        RequestError
+            If one of them is neither an array of numbers nor a plain value.
+        """
+        values, arrays = {}, {}
+        for name, value in vars(self).items():
+            if not name.endswith("_") or name.startswith("_") or name == "sensor_":
+                continue
+            if isinstance(value, np.ndarray) and value.dtype.kind in "biufc":
+                arrays[name] = value
+            elif isinstance(value, bool | int | float | str | None):
+                values[name] = value
+            else:
+                msg = (
+                    f"method {self.name} cannot be saved: {name} is of type {type(value).__name__}; allowed: arrays of "
+                    "numbers and plain values, or own methods _learned and _restore"
+                )
+                raise RequestError(msg)
+        return values, arrays
+
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Take back what ``_learned`` gave; a ``KeyError`` or ``ValueError`` says that the file is broken."""
+        for name, value in {**values, **arrays}.items():
+            if not name.endswith("_") or name.startswith("_"):
+                msg = f"{name!r} is nothing that fit learns"
+                raise ValueError(msg)
+            setattr(self, name, value)
 
     def _save_more(self, folder: Path) -> None:  # noqa: B027 - most methods have no files of their own
         """Write files of the method's own beside the settings and arrays."""

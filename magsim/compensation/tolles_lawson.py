@@ -40,12 +40,6 @@ class Nothing(Compensator):
         self._require_fitted()
         return np.zeros(len(recording))
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        return {}, {}
-
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        pass
-
 
 class Term(NamedTuple):
     """One coefficient of a fitted model."""

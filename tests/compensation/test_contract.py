@@ -178,11 +178,37 @@ def test_a_method_of_ones_own(monkeypatch):
         def interference(self, recording):
             return self.factor * recording["flux_cabin_x_nt"]
 
-        def _learned(self):
-            return {}, {}
-
-        def _restore(self, values, arrays):
-            pass
-
     assert "half" in names()
     assert create("half", factor=2).factor == 2.0
+
+
+class Learner(Compensator):
+    """A method of a user's own: it names what it learned with an underscore and says nothing of files."""
+
+    name = "learner"
+
+    def fit(self, train, *, sensor, valid=(), seed=0):
+        self.weights_ = np.arange(3.0)
+        self.mean_ = 0.5
+        self.sensor_ = sensor
+        return self
+
+    def interference(self, recording):
+        flux = recording.stack(f"flux_cabin_{axis}_nt" for axis in "xyz")
+        return flux @ self.weights_ + self.mean_
+
+
+def test_a_users_own_method_is_saved_without_a_word_about_files(tmp_path, monkeypatch):
+    test = calibration(World(circuits=1))
+    monkeypatch.setitem(registry_module._REGISTRY, "learner", registry_module.Entry(Learner))
+    method = Learner().fit([test], sensor="cabin")
+    method.save(tmp_path / "run")
+    back = load(tmp_path / "run")
+    np.testing.assert_array_equal(back.interference(test.blind()), method.interference(test.blind()))
+
+
+def test_what_cannot_be_saved_is_named(tmp_path):
+    method = Learner().fit([calibration(World(circuits=1))], sensor="cabin")
+    method.tree_ = object()
+    with pytest.raises(RequestError, match=r"learner cannot be saved: tree_ is of type object"):
+        method.save(tmp_path / "run")
