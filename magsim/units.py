@@ -23,3 +23,12 @@ LB = 0.45359237
 
 SLUG_FT2 = 1.3558179483314004
 """Slug foot squared [kg m^2]."""
+
+SLUG_FT3 = 515.378818393
+"""Slug in a cubic foot [kg/m^3]."""
+
+HP = 745.69987158227022
+"""Mechanical horsepower [W]."""
+
+RHO0 = 1.225
+"""Density of the ICAO standard atmosphere at sea level [kg/m^3]."""

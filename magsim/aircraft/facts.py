@@ -7,7 +7,7 @@ degrees.
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -105,6 +105,7 @@ Degrees = Annotated[Fact, AfterValidator(_in("deg", positive=True))]
 Rate = Annotated[Fact, AfterValidator(_in("rad/s", positive=True))]
 PerSecond = Annotated[Fact, AfterValidator(_in("1/s", positive=True))]
 Number = Annotated[Fact, AfterValidator(_in("1"))]
+Inertia = Annotated[Fact, AfterValidator(_in("kg m^2", positive=True))]
 Place = Annotated[PlaceFact, AfterValidator(_in("m"))]
 AngleRange = Annotated[RangeFact, AfterValidator(_in("rad"))]
 DegreeRange = Annotated[RangeFact, AfterValidator(_in("deg"))]
@@ -183,14 +184,53 @@ class Aero(Strict):
     cruise_mass: Mass
 
 
-class Engine(Strict):
-    """Thrust as a function of speed, height and lever."""
+class DirectEngine(Strict):
+    """Thrust as a function of speed, height and lever, without a propeller that turns."""
 
+    kind: Literal["direct"]
     power: Power
     propeller_efficiency: Number
     static_thrust: Force
     height_factor: CurveFact
     position: Place
+
+
+class Propeller(Strict):
+    """Blades, governor and inertia of a propeller; its coefficients follow by blade element theory."""
+
+    diameter: Size
+    blades: Number
+    speed: Rate
+    hub_radius_fraction: Number
+    chord: CurveFact
+    twist_advance_ratio: Number
+    lift_slope: Number
+    lift_limit: NumberRange
+    zero_lift_angle: Angle
+    profile_drag: Number
+    drag_rise: Number
+    drag_lift: Number
+    pitch_range: AngleRange
+    inertia: Inertia
+
+
+class TurbopropEngine(Strict):
+    """A free turbine, flat rated, with a propeller that a governor holds at its speed."""
+
+    kind: Literal["turboprop"]
+    power: Power
+    torque: Annotated[Fact, AfterValidator(_in("N m", positive=True))]
+    thermodynamic_power: Power
+    density_exponent: Number
+    fuel_flow: Annotated[Fact, AfterValidator(_in("kg/s", positive=True))]
+    idle_fuel_fraction: Number
+    gas_generator: NumberRange
+    spool_time: Duration
+    position: Place
+    propeller: Propeller
+
+
+Engine = Annotated[DirectEngine | TurbopropEngine, Field(discriminator="kind")]
 
 
 class Surface(Strict):

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from magsim.aircraft.facts import Facts
+from magsim.flight.engines import available_thrust
 from magsim.units import G0
 
 
@@ -140,10 +141,10 @@ def derivatives(facts: Facts) -> Derivatives:
 
 def _drag_at_zero_lift(facts: Facts, cd_lift: float) -> float:
     """Drag coefficient that lets the published top speed balance the thrust."""
-    aero, engine = facts.aero, facts.engine
+    aero = facts.aero
     speed = aero.cruise_speed.value
     pressure = 0.5 * aero.cruise_density.value * speed**2
-    thrust = engine.power.value * engine.propeller_efficiency.value / speed
+    thrust = available_thrust(facts.engine, speed, aero.cruise_density.value)
     lift = aero.cruise_mass.value * G0 / (pressure * facts.geometry.wing_area.value)
     return thrust / (pressure * facts.geometry.wing_area.value) - cd_lift * lift**2
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from magsim.aircraft.facts import Facts
 from magsim.errors import DataError
-from magsim.flight.autopilot import system_xml
 from magsim.flight.maneuvers import GRID_PERIODS_S, UNITY, LoopResponse, Sweep, calibration_sweeps, measure
-from magsim.flight.model import airframe_xml, engine_xml
+from magsim.flight.model import model_files
 from magsim.flight.patterns import LocalPlane, Place, Straight
 from magsim.flight.pilot import Pilot
 from magsim.flight.plant import FlightTroubleError, Setup, trim
@@ -38,9 +37,7 @@ def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: 
     DataError
         If the aircraft cannot fly the calibration's maneuvers there.
     """
-    model = hashlib.sha256(
-        "\0".join((airframe_xml(facts, "aircraft"), engine_xml(facts), system_xml(facts))).encode()
-    ).hexdigest()
+    model = hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest()
     arrays: dict[str, np.ndarray] = {}
     alt_m = max(alt_m, LOWEST_M)
     for axis in axes:

@@ -13,9 +13,10 @@ from pathlib import Path
 from magsim.aircraft.facts import Facts
 from magsim.flight.aero import derivatives, inertia, lift_curve
 from magsim.flight.autopilot import system_xml
+from magsim.flight.engines import ENGINE, THRUSTER, engine_files
 from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
 
-ENGINE, THRUSTER, SYSTEM = "engine", "thruster", "survey_autopilot"
+SYSTEM = "survey_autopilot"
 FUEL_LB = 100.0
 """Fuel that keeps the engine alive; consumption is frozen, so mass and center of gravity stay."""
 
@@ -40,15 +41,19 @@ def body_from_inches(position_in: Sequence[float], facts: Facts) -> tuple[float,
     )
 
 
-def write_model(facts: Facts, folder: Path, name: str) -> None:
-    """Write ``aircraft/<name>/<name>.xml``, engine and system below a folder, as JSBSim looks for them."""
-    files = {
+def model_files(facts: Facts, name: str, *, twin: bool = False) -> dict[str, str]:
+    """Text of the files of a model by their places below a folder; with direct thrust for its twin."""
+    engine = {f"engine/{file}.xml": text for file, text in engine_files(facts, twin=twin).items()}
+    return {
         f"aircraft/{name}/{name}.xml": airframe_xml(facts, name),
-        f"engine/{ENGINE}.xml": engine_xml(facts),
-        f"engine/{THRUSTER}.xml": f'<?xml version="1.0"?>\n<direct name="{THRUSTER}"/>\n',
+        **engine,
         f"systems/{SYSTEM}.xml": system_xml(facts),
     }
-    for path, text in files.items():
+
+
+def write_model(facts: Facts, folder: Path, name: str, *, twin: bool = False) -> None:
+    """Write ``aircraft/<name>/<name>.xml``, engine and system below a folder, as JSBSim looks for them."""
+    for path, text in model_files(facts, name, twin=twin).items():
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
@@ -92,7 +97,7 @@ def airframe_xml(facts: Facts, name: str) -> str:
   <engine file="{ENGINE}">
    <thruster file="{THRUSTER}">
     {_location("", facts.engine.position.value, facts)}
-    <orient unit="DEG"><roll>0</roll><pitch>0</pitch><yaw>0</yaw></orient>
+    <orient unit="DEG"><roll>0</roll><pitch>0</pitch><yaw>0</yaw></orient> <sense>1</sense>
    </thruster>
    <feed>0</feed>
   </engine>
@@ -103,42 +108,6 @@ def airframe_xml(facts: Facts, name: str) -> str:
  </propulsion>
  <system file="{SYSTEM}"/>
 {_aerodynamics_xml(facts)}</fdm_config>
-"""
-
-
-def engine_xml(facts: Facts) -> str:
-    """Direct thrust: the lesser of static thrust and propeller power over speed, times a factor of height.
-
-    A turbine of JSBSim's with its thrust table, because that one can be trimmed.
-    """
-    engine = facts.engine
-    power, static = engine.power.value * engine.propeller_efficiency.value, engine.static_thrust.value
-    speeds = [0.0, *(power / static * step for step in (1.0, 1.1, 1.2, 1.35, 1.5, 1.7, 1.9, 2.2, 2.6, 3.2, 4.0))]
-    rows = "".join(f"     {v / FT!r} {min(1.0, power / max(v, 1.0) / static)!r}\n" for v in speeds)
-    factors = zip(engine.height_factor.at, engine.height_factor.value, strict=True)
-    heights = "".join(f"     {height / FT!r} {factor!r}\n" for height, factor in factors)
-    return f"""<?xml version="1.0"?>
-<turbine_engine name="{ENGINE}">
- <milthrust unit="LBS">{static / LBF!r}</milthrust>
- <bypassratio>0.0</bypassratio> <tsfc>0.6</tsfc> <bleed>0.0</bleed>
- <idlen1>30.0</idlen1> <idlen2>60.0</idlen2> <maxn1>100.0</maxn1> <maxn2>100.0</maxn2>
- <augmented>0</augmented> <injected>0</injected>
- <function name="IdleThrust"><value>0.0</value></function>
- <function name="MilThrust">
-  <product>
-   <table>
-    <independentVar lookup="row">velocities/vt-fps</independentVar>
-    <tableData>
-{rows}    </tableData>
-   </table>
-   <table>
-    <independentVar lookup="row">position/h-sl-ft</independentVar>
-    <tableData>
-{heights}    </tableData>
-   </table>
-  </product>
- </function>
-</turbine_engine>
 """
 
 

@@ -7,18 +7,20 @@ interpreter lock while it steps, so threads gain nothing; processes do.
 import math
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 import jsbsim
 import numpy as np
 
-from magsim.aircraft.facts import Facts
+from magsim.aircraft.facts import Facts, TurbopropEngine
+from magsim.earth.wgs84 import radii_of_curvature
 from magsim.errors import DataError
 from magsim.flight.autopilot import INPUTS, Sine
+from magsim.flight.engines import lever_of, settling_time
 from magsim.flight.model import write_model
-from magsim.units import FT
+from magsim.units import FT, LBF, SLUG_FT3
 
 INTEGRATORS = {"rate/rotational": 9, "position/rotational": 9, "rate/translational": 3, "position/translational": 4}
 """JSBSim's integrators: 9 is Adams-Bashforth of fifth order, 3 of second, 4 of third.
@@ -124,12 +126,15 @@ def silence() -> None:
     jsbsim.set_logger(logger)
 
 
-def load(facts: Facts, step_hz: int) -> jsbsim.FGFDMExec:
-    """A fresh instance of an aircraft's flight model, its step rate set before its filters are built."""
+def load(facts: Facts, step_hz: int, *, twin: bool = False) -> jsbsim.FGFDMExec:
+    """A fresh instance of an aircraft's flight model, or of its twin with direct thrust, for trim and linearization.
+
+    Its step rate is set before its filters are built.
+    """
     silence()
     with tempfile.TemporaryDirectory(prefix="magsim-") as name:
         folder = Path(name).resolve()
-        write_model(facts, folder, "aircraft")
+        write_model(facts, folder, "aircraft", twin=twin)
         return load_from(folder, "aircraft", 1.0 / step_hz)
 
 
@@ -150,14 +155,14 @@ def load_from(folder: Path, name: str, step_s: float) -> jsbsim.FGFDMExec:
 
 
 def trim(facts: Facts, setup: Setup) -> Trim:
-    """Straight and level flight in still air, by JSBSim's full trim.
+    """Straight and level flight in still air, by JSBSim's full trim of the twin with direct thrust.
 
     Raises
     ------
     DataError
         If the aircraft cannot fly like that.
     """
-    fdm = load(facts, setup.step_hz)
+    fdm = load(facts, setup.step_hz, twin=True)
     _initial_place(fdm, setup)
     fdm["ic/psi-true-deg"] = math.degrees(setup.course)
     fdm["ic/gamma-deg"] = 0.0
@@ -182,7 +187,12 @@ def trim(facts: Facts, setup: Setup) -> Trim:
         "fcs/rudder-cmd-norm",
         "fcs/yaw-trim-cmd-norm",
     )
-    return Trim(fdm["attitude/theta-rad"], fdm["attitude/phi-rad"], {name: fdm[name] for name in names})
+    commands = {name: fdm[name] for name in names}
+    if isinstance(facts.engine, TurbopropEngine):
+        # The twin's lever is a part of the thrust, the turbine's one of the power.
+        thrust, density = fdm["propulsion/engine/thrust-lbs"] * LBF, fdm["atmosphere/rho-slugs_ft3"] * SLUG_FT3
+        commands["fcs/throttle-cmd-norm"] = lever_of(facts.engine, thrust, setup.speed_mps, density)
+    return Trim(fdm["attitude/theta-rad"], fdm["attitude/phi-rad"], commands)
 
 
 def _initial_place(fdm: jsbsim.FGFDMExec, setup: Setup) -> None:
@@ -196,13 +206,15 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     """An instance that flies along its course, trimmed, in wind, with the autopilot on.
 
     Trim is found in still air on an instance of its own; the flight begins with the same attitude to the air and with
-    the velocity over ground that the wind gives.
+    the velocity over ground that the wind gives. An engine that has to run up first does so on the way to the start:
+    the instance begins that much earlier on its course, and what it flies until then is thrown away.
     """
     trimmed = trim(facts, setup)
     heading = crab_heading(setup.speed_mps, setup.course, setup.wind_mps)
     north, east = setup.wind_mps
     fdm = load(facts, setup.step_hz)
-    _initial_place(fdm, setup)
+    settling_s = settling_time(facts.engine)
+    _initial_place(fdm, _earlier(setup, settling_s))
     fdm["ic/phi-rad"] = trimmed.roll
     fdm["ic/theta-rad"] = trimmed.pitch
     fdm["ic/psi-true-rad"] = heading % (2.0 * math.pi)
@@ -215,6 +227,7 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     for name, value in trimmed.commands.items():
         fdm[name] = value
     fdm["propulsion/set-running"] = -1
+    fdm["fcs/advance-cmd-norm"] = 1.0
     fdm["ap/theta-rad"] = trimmed.pitch
     fdm["ap/height-ft"] = setup.alt_m / FT
     fdm["ap/speed-fps"] = setup.speed_mps / FT
@@ -230,7 +243,18 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
         fdm["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = wind / FT
         fdm["atmosphere/turbulence/milspec/severity"] = setup.turbulence_severity
         fdm["atmosphere/turb-type"] = TURBULENCE_TUSTIN
+    for _ in range(round(settling_s * setup.step_hz)):
+        fdm.run()
     return fdm
+
+
+def _earlier(setup: Setup, time_s: float) -> Setup:
+    """The same start a time earlier on its course."""
+    distance = time_s * ground_speed(setup.speed_mps, setup.course, setup.wind_mps)
+    meridian, prime = radii_of_curvature(setup.lat_rad)
+    lat = setup.lat_rad - distance * math.cos(setup.course) / (float(meridian) + setup.alt_m)
+    along = distance * math.sin(setup.course) / (float(prime) + setup.alt_m)
+    return replace(setup, lat_rad=lat, lon_rad=setup.lon_rad - along / math.cos(lat))
 
 
 class Plant:

@@ -75,6 +75,6 @@ def test_bad_facts_are_told(raw: dict, group: str, name: str, value: dict, told:
 
 
 def test_a_curve_rises(raw: dict) -> None:
-    raw["engine"]["height_factor"]["at"][1] = -1.0
+    raw["engine"]["propeller"]["chord"]["at"][1] = -1.0
     with pytest.raises(ValidationError, match="do not rise"):
         Facts.model_validate(raw)

@@ -23,7 +23,7 @@ def d(cessna: Aircraft) -> Derivatives:
 def trimmed(cessna: Aircraft) -> jsbsim.FGFDMExec:
     """In trim in still air, the autopilot off."""
     setup = Setup(0.0, 0.0, ALTITUDE, 0.0, SPEED)
-    fdm = load(cessna.facts, setup.step_hz)
+    fdm = load(cessna.facts, setup.step_hz, twin=True)
     fdm["ic/h-sl-ft"] = ALTITUDE / FT
     fdm["ic/vt-fps"] = SPEED / FT
     fdm["ic/gamma-deg"] = 0.0
@@ -85,7 +85,7 @@ def test_trim_balances_weight_and_moment(trimmed: jsbsim.FGFDMExec, cessna: Airc
 
 def test_cruise_speed_is_published(cessna: Aircraft) -> None:
     # 184 knots at 10 000 ft: the drag was solved from it, so engine, drag and trim of JSBSim must give it back.
-    fdm = load(cessna.facts, 120)
+    fdm = load(cessna.facts, 120, twin=True)
     fdm["ic/h-sl-ft"] = 10000.0
     fdm["ic/vt-fps"] = 94.7 / FT
     fdm["ic/gamma-deg"] = 0.0
