@@ -283,6 +283,7 @@ class Limits(Strict):
 
     ceiling: Size
     true_airspeed: SpeedRange
+    turn_bank: Degrees
     pitch_amplitude: Degrees
     roll_amplitude: Degrees
     yaw_amplitude: Degrees

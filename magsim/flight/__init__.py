@@ -18,11 +18,11 @@ from magsim.flight.maneuvers import UNITY, Sweep, measure
 from magsim.flight.patterns import Element, LocalPlane, length_of, path_of
 from magsim.flight.pilot import Log, Pilot, on_clock
 from magsim.flight.plant import (
-    INTEGRATORS,
     FlightTroubleError,
     Setup,
     bare_steps,
     ground_speed,
+    integrators_for,
 )
 from magsim.scenario import Scenario
 from magsim.streams import integer_seed
@@ -201,7 +201,7 @@ def _flight(
         maneuvers=maneuvers,
         notes={
             "jsbsim": str(jsbsim.__version__),
-            "integrators": dict(INTEGRATORS),
+            "integrators": integrators_for(aircraft.facts, scenario.flight.step_hz),
             "step_hz": scenario.flight.step_hz,
             "log_hz": log_hz,
             "warmup_s": scenario.flight.warmup_s,

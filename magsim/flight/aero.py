@@ -159,3 +159,8 @@ def lift_curve(facts: Facts) -> tuple[tuple[float, float], ...]:
     points = [(math.radians(at), value) for at, value in zip(curve.at, curve.value, strict=True)]
     line = [(a, derived.cl_0 + derived.cl_alpha * a) for a in (low, high)]
     return (*(p for p in points if p[0] < low), *line, *(p for p in points if p[0] > high))
+
+
+def stall_angle(facts: Facts) -> float:
+    """Angle of attack of the largest lift [rad]."""
+    return max(lift_curve(facts), key=lambda point: point[1])[0]

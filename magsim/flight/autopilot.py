@@ -156,10 +156,15 @@ def _smooth(x: str) -> str:
     return _product(x, x, _difference(3.0, _product(2.0, x)))
 
 
+def _least_speed(facts: Facts) -> float:
+    """Airspeed [m/s] below which nothing flies: a floor for divisions, also before JSBSim has any velocity."""
+    return 0.4 * facts.limits.speed_mps[0]
+
+
 def _vertical(facts: Facts) -> str:
     """Height, path, pitch and speed."""
     gains, pitch = facts.autopilot, Sine("pitch")
-    speed = _max(60.0, "velocities/vt-fps")
+    speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
     climb = _clip(
         _product(gains.altitude.value, _difference("ap/height-ft", "position/geod-alt-ft")),
         gains.climb_limit.value / FT,
@@ -167,8 +172,9 @@ def _vertical(facts: Facts) -> str:
     path_error = _product("ap/on", "ap/hold-height", _quotient(_difference(climb, "velocities/h-dot-fps"), speed))
     path = _clip(_sum(_product(gains.path.value, "ap/path-error-rad"), "ap/integral/path"), gains.path_limit.value)
     # In a turn the wing must lift 1/cos(bank) times the weight: more pitch at once, without waiting for the height.
+    least_pressure = 0.5 * facts.aero.cruise_density.value * _least_speed(facts) ** 2
     weight_alpha = facts.mass.mass.value * G0 / LBF / derivatives(facts).cl_alpha
-    alpha = _quotient(weight_alpha, _product(_max(10.0, "aero/qbar-psf"), "metrics/Sw-sqft"))
+    alpha = _quotient(weight_alpha, _product(_max(least_pressure * FT**2 / LBF, "aero/qbar-psf"), "metrics/Sw-sqft"))
     turn = _product(alpha, _difference(_quotient(1.0, _cos("ap/bank-command-rad")), 1.0))
     wanted = _sum("ap/theta-rad", "ap/path-rad", turn, pitch["sine-rad"])
     rate = _sum(
@@ -195,7 +201,7 @@ def _vertical(facts: Facts) -> str:
 def _lateral(facts: Facts) -> str:
     """Heading, roll, coordination, and the yaw maneuver."""
     gains, roll, yaw = facts.autopilot, Sine("roll"), Sine("yaw")
-    speed = _max(60.0, "velocities/vt-fps")
+    speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
     # psi and its set point lie in 0..2 pi; fmod of a positive argument wraps the difference.
     turned = _difference(_sum("ap/heading-rad", 3.0 * math.pi), "attitude/psi-rad")
     heading_error = _product("ap/on", _difference(_fmod(turned, 2.0 * math.pi), math.pi))

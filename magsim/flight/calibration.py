@@ -8,6 +8,7 @@ import numpy as np
 
 from magsim.aircraft.facts import Facts
 from magsim.errors import DataError
+from magsim.flight.aero import stall_angle
 from magsim.flight.maneuvers import GRID_PERIODS_S, UNITY, LoopResponse, Sweep, calibration_sweeps, measure
 from magsim.flight.model import model_files
 from magsim.flight.patterns import LocalPlane, Place, Straight
@@ -16,6 +17,7 @@ from magsim.flight.plant import FlightTroubleError, Setup, trim
 from magsim.storage import cached
 
 LOG_HZ = 30
+STALL_MARGIN = math.radians(2.0)
 LOWEST_M = 500.0
 """Lower flights are calibrated here, clear of the ground; the density differs by a twentieth at most."""
 
@@ -64,7 +66,7 @@ def measure_response(facts: Facts, axis: str, speed_mps: float, alt_m: float, st
     swings that it will meet later; what it finds is multiplied to the first.
     """
     setup = Setup(lat_rad=0.0, lon_rad=0.0, alt_m=alt_m, course=0.0, speed_mps=speed_mps, step_hz=step_hz)
-    margin = math.radians(14.0) - trim(facts, setup).pitch
+    margin = stall_angle(facts) - STALL_MARGIN - trim(facts, setup).pitch
     sweeps = calibration_sweeps(axis, math.degrees(margin))
     response = UNITY
     for _ in range(2):

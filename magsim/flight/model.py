@@ -17,8 +17,8 @@ from magsim.flight.engines import ENGINE, THRUSTER, engine_files
 from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
 
 SYSTEM = "survey_autopilot"
-FUEL_LB = 100.0
-"""Fuel that keeps the engine alive; consumption is frozen, so mass and center of gravity stay."""
+FUEL_SHARE = 1.0 / 80.0
+"""Part of the mass that is fuel, so that the engine lives; none is burned, so mass and center of gravity stay."""
 
 
 def inches_from_body(position_b: Sequence[float], facts: Facts) -> tuple[float, float, float]:
@@ -68,6 +68,8 @@ def airframe_xml(facts: Facts, name: str) -> str:
     geometry = facts.geometry
     cg = _location("CG", facts.cg_b, facts)
     moments = inertia(facts)
+    mass_lb = facts.mass.mass.value / LB
+    fuel_lb = FUEL_SHARE * mass_lb
     return f"""<?xml version="1.0"?>
 <fdm_config name="{name}" version="2.0" release="BETA">
  <fileheader><author>magsim</author><description>{name}, generated from facts.toml</description></fileheader>
@@ -88,7 +90,7 @@ def airframe_xml(facts: Facts, name: str) -> str:
   <iyy unit="SLUG*FT2">{moments.yy / SLUG_FT2!r}</iyy>
   <izz unit="SLUG*FT2">{moments.zz / SLUG_FT2!r}</izz>
   <ixz unit="SLUG*FT2">{moments.xz / SLUG_FT2!r}</ixz>
-  <emptywt unit="LBS">{facts.mass.mass.value / LB - FUEL_LB!r}</emptywt>
+  <emptywt unit="LBS">{mass_lb - fuel_lb!r}</emptywt>
   {cg}
  </mass_balance>
  <ground_reactions>
@@ -103,7 +105,7 @@ def airframe_xml(facts: Facts, name: str) -> str:
   </engine>
   <tank type="FUEL">
    {_location("", facts.cg_b, facts)}
-   <capacity unit="LBS">{FUEL_LB!r}</capacity> <contents unit="LBS">{FUEL_LB!r}</contents>
+   <capacity unit="LBS">{fuel_lb!r}</capacity> <contents unit="LBS">{fuel_lb!r}</contents>
   </tank>
  </propulsion>
  <system file="{SYSTEM}"/>

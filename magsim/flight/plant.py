@@ -16,18 +16,29 @@ import numpy as np
 
 from magsim.aircraft.facts import Facts, TurbopropEngine
 from magsim.earth.wgs84 import radii_of_curvature
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
+from magsim.flight.aero import derivatives, inertia
 from magsim.flight.autopilot import INPUTS, Sine
 from magsim.flight.engines import lever_of, settling_time
 from magsim.flight.model import write_model
-from magsim.units import FT, LBF, SLUG_FT3
+from magsim.units import FT, LBF, RHO0, SLUG_FT3
 
 INTEGRATORS = {"rate/rotational": 9, "position/rotational": 9, "rate/translational": 3, "position/translational": 4}
 """JSBSim's integrators: 9 is Adams-Bashforth of fifth order, 3 of second, 4 of third.
 
 JSBSim's defaults for rotation are Euler's rule, which is wrong by degrees after half a minute of tumbling
 (NESC check case Atmos_02). Wind changes the forces too fast for more than the default orders of translation to help.
+A small aircraft, whose rotation is damped within a few steps, needs less order there: see ``integrators_for``.
 """
+
+ADAMS_BASHFORTH = ((9, 0.163), (5, 0.300), (4, 0.545), (3, 1.000))
+"""JSBSim's number of each Adams-Bashforth scheme, orders 5 to 2, and the largest step times damping that it bears.
+
+The ends of the intervals of absolute stability are those of Hairer and Wanner, Solving ODE II, V.1: 1, 6/11, 3/10 and
+90/551.
+"""
+LOOP_FACTOR = 2.5
+"""By how much the autopilot's loops may be faster than the damping of the airframe alone."""
 
 CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("lat", "position/lat-geod-rad", 1.0),
@@ -126,6 +137,31 @@ def silence() -> None:
     jsbsim.set_logger(logger)
 
 
+def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
+    """JSBSim's integrators for an aircraft: rotation by the highest order that is stable.
+
+    The higher an Adams-Bashforth scheme's order, the less damping it bears in a step. The fastest decay of an
+    airframe is that of its roll, ``rho V S b^2 |Cl_p| / (4 Ixx)``, or of its pitch: a few 1/s for a Cessna, 20 1/s for
+    a drone of 10 kg. It is taken at the highest speed at sea level, so that an aircraft has one scheme for each rate.
+
+    Raises
+    ------
+    RequestError
+        If no scheme is stable at that rate.
+    """
+    d, moments, geometry = derivatives(facts), inertia(facts), facts.geometry
+    flow = RHO0 * facts.limits.speed_mps[1] * geometry.wing_area.value / 4.0
+    roll = flow * geometry.span.value**2 * abs(d.roll_p) / moments.xx
+    pitch = flow * geometry.mean_chord.value**2 * abs(d.cm_q + d.cm_alphadot) / moments.yy
+    needed = LOOP_FACTOR * max(roll, pitch) / step_hz
+    order = next((number for number, bears in ADAMS_BASHFORTH if needed <= bears), None)
+    if order is None:
+        least = math.ceil(LOOP_FACTOR * max(roll, pitch) / ADAMS_BASHFORTH[-1][1])
+        msg = f"flight.step_hz: {step_hz} steps a second are too few for {facts.title}; allowed: at least {least}"
+        raise RequestError(msg)
+    return INTEGRATORS | {"rate/rotational": order, "position/rotational": order}
+
+
 def load(facts: Facts, step_hz: int, *, twin: bool = False) -> jsbsim.FGFDMExec:
     """A fresh instance of an aircraft's flight model, or of its twin with direct thrust, for trim and linearization.
 
@@ -135,10 +171,12 @@ def load(facts: Facts, step_hz: int, *, twin: bool = False) -> jsbsim.FGFDMExec:
     with tempfile.TemporaryDirectory(prefix="magsim-") as name:
         folder = Path(name).resolve()
         write_model(facts, folder, "aircraft", twin=twin)
-        return load_from(folder, "aircraft", 1.0 / step_hz)
+        return load_from(folder, "aircraft", 1.0 / step_hz, integrators_for(facts, step_hz))
 
 
-def load_from(folder: Path, name: str, step_s: float) -> jsbsim.FGFDMExec:
+def load_from(
+    folder: Path, name: str, step_s: float, integrators: Mapping[str, int] = INTEGRATORS
+) -> jsbsim.FGFDMExec:
     """A fresh instance of the model ``aircraft/<name>/<name>.xml`` below a folder, with accurate integrators."""
     silence()
     fdm = jsbsim.FGFDMExec(None)
@@ -149,7 +187,7 @@ def load_from(folder: Path, name: str, step_s: float) -> jsbsim.FGFDMExec:
         msg = f"JSBSim {fdm.get_version()} did not load the flight model of {name}"
         raise DataError(msg)
     fdm.disable_output()
-    for group, order in INTEGRATORS.items():
+    for group, order in integrators.items():
         fdm[f"simulation/integrator/{group}"] = order
     return fdm
 
