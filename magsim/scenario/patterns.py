@@ -73,6 +73,16 @@ class PatternBase(Strict):
     lead_s: NonNegative = 15.0
     maneuvers: tuple[Train, ...] = Field(default=(), strict=False)
 
+    @field_validator("bank_deg")
+    @classmethod
+    def _bank_within_limit(cls, value: float, info: ValidationInfo) -> float:
+        aircraft = aircraft_of(info)
+        if aircraft and value > aircraft.limits.turn_bank.value:
+            limit = aircraft.limits.turn_bank.value
+            msg = f"{value:g} deg is more bank than {aircraft.name} turns with; allowed: 5 to {limit:g}"
+            raise ValueError(msg)
+        return value
+
 
 class Box(PatternBase):
     """Square circuits: four straight legs at right angles, joined by quarter turns."""
