@@ -174,9 +174,7 @@ def load(facts: Facts, step_hz: int, *, twin: bool = False) -> jsbsim.FGFDMExec:
         return load_from(folder, "aircraft", 1.0 / step_hz, integrators_for(facts, step_hz))
 
 
-def load_from(
-    folder: Path, name: str, step_s: float, integrators: Mapping[str, int] = INTEGRATORS
-) -> jsbsim.FGFDMExec:
+def load_from(folder: Path, name: str, step_s: float, integrators: Mapping[str, int] = INTEGRATORS) -> jsbsim.FGFDMExec:
     """A fresh instance of the model ``aircraft/<name>/<name>.xml`` below a folder, with accurate integrators."""
     silence()
     fdm = jsbsim.FGFDMExec(None)

@@ -2,20 +2,24 @@
 
 import re
 
+import pytest
+
 from magsim import assets, metrics
 from magsim.aircraft import load_aircraft
 from magsim.field import load_response
 from tests.benchmarks.aircraft_levels import lines
 
 
-def page() -> str:
-    return (assets.aircraft_dir("c208b") / "README.md").read_text(encoding="utf-8")
+def page(name: str = "c208b") -> str:
+    return (assets.aircraft_dir(name) / "README.md").read_text(encoding="utf-8")
 
 
-def test_levels_of_every_mount_are_those_of_the_response():
-    printed = [line for line in page().splitlines() if re.match(r"\| (cabin|sgl)_", line)]
+@pytest.mark.parametrize("name", assets.list_aircraft())
+def test_levels_of_every_mount_are_those_of_the_response(name):
+    aircraft = load_aircraft(name)
+    printed = [line for line in page(name).splitlines() if re.match(rf"\| ({'|'.join(aircraft.mounts)}) \|", line)]
     # The page has one more column: what was published.
-    assert ["|".join(line.split("|")[:-2]) + "|" for line in printed] == lines(load_response(load_aircraft("c208b")))
+    assert ["|".join(line.split("|")[:-2]) + "|" for line in printed] == lines(load_response(aircraft))
 
 
 def test_level_of_the_calibration_flight(calibration):
