@@ -242,7 +242,7 @@ def test_the_flight_of_paper_001() -> None:
         assert maneuver.period_s == 10.0
         assert maneuver.asked_deg == {"roll": 10.0, "pitch": 5.0, "yaw": 5.0}[maneuver.axis]
         assert maneuver.flown_deg == pytest.approx(maneuver.asked_deg, abs=0.2)
-    assert 40.0 < flight.carrier.alt_m.min()
+    assert flight.carrier.alt_m.min() > 40.0
     assert flight.carrier.alt_m.max() < 60.0
 
 
