@@ -92,6 +92,7 @@ INS_ATTITUDE = Family(
 )
 INS_VELOCITY = Family("ins_v{direction}_mps", "input", "m/s", "n", "Velocity from the INS: n north, e east, d down")
 INS_ALTITUDE = Family("ins_alt_m", "input", "m", "", "Height above the WGS-84 ellipsoid from the INS")
+RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground by the radar altimeter; -1 without echo")
 SURFACE = Family("surface_{surface}_deg", "input", "deg", "", "Deflection of a control surface about its hinge")
 
 INTERFERENCE = Family(
@@ -109,6 +110,9 @@ TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude, W
 TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
 TRUE_VELOCITY = Family("true_v{direction}_mps", "truth", "m/s", "n", "True velocity: n north, e east, d down")
 TRUE_ALTITUDE = Family("true_alt_m", "truth", "m", "", "True height above the WGS-84 ellipsoid")
+TRUE_MSL = Family("true_msl_m", "truth", "m", "", "True height above mean sea level")
+TRUE_AGL = Family("true_agl_m", "truth", "m", "", "True height above the ground straight below")
+TRUE_GROUND = Family("true_ground_m", "truth", "m", "", "Height of the ground below, above the WGS-84 ellipsoid")
 
 CIRCUIT = Family("circuit", "segment", "1", "", "Number of the circuit, from 1")
 LEG = Family("leg", "segment", "1", "", "Number of the leg within its circuit, from 1")
@@ -124,6 +128,7 @@ FAMILIES: tuple[Family, ...] = (
     INS_ATTITUDE,
     INS_VELOCITY,
     INS_ALTITUDE,
+    RADAR,
     SURFACE,
     INTERFERENCE,
     PROJECTION,
@@ -135,6 +140,9 @@ FAMILIES: tuple[Family, ...] = (
     TRUE_RATE,
     TRUE_VELOCITY,
     TRUE_ALTITUDE,
+    TRUE_MSL,
+    TRUE_AGL,
+    TRUE_GROUND,
     CIRCUIT,
     LEG,
     TURN,

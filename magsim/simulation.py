@@ -13,7 +13,15 @@ from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.recording import Recording
 from magsim.scenario import LoadedScenario, RecordingSettings
-from magsim.sensors import Acquisition, fluxgate_columns, ins_columns, scalar_columns, true_columns
+from magsim.sensors import (
+    Acquisition,
+    fluxgate_columns,
+    ground_columns,
+    ins_columns,
+    radar_columns,
+    scalar_columns,
+    true_columns,
+)
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 
@@ -48,7 +56,7 @@ def simulate(loaded: LoadedScenario, *, progress: Progress | None = None) -> Rec
     scenario, aircraft = loaded.scenario, loaded.aircraft
     # Solves on one BLAS thread and on two differ in their last bits.
     with threadpool_limits(1):
-        flight = fly(scenario, aircraft, progress=_step(progress, "flight"))
+        flight = fly(scenario, aircraft, ground=loaded.ground, progress=_step(progress, "flight"))
         truth = compute_field(scenario, aircraft, flight, progress=_step(progress, "field"))
         done = _step(progress, "sensors")
         done(0.0)
@@ -92,6 +100,10 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
         data |= fluxgate_columns(sensor, truth, acquisition, seed)
     data |= ins_columns(scenario.sensors.ins, path, settings.rate_hz, seed)
     data |= true_columns(path)
+    if loaded.ground is not None:
+        data |= ground_columns(path, loaded.ground)
+        if scenario.sensors.radar is not None:
+            data |= radar_columns(scenario.sensors.radar, path, loaded.ground, seed)
     for name, angle in flight.controls_at(time_s).items():
         data[columns.SURFACE.name(surface=name)] = np.degrees(angle)
     segments = flight.segment_columns(time_s)

@@ -24,8 +24,9 @@ from magsim.flight.plant import (
     ground_speed,
     integrators_for,
 )
-from magsim.scenario import Scenario
+from magsim.scenario import Scenario, ground_of
 from magsim.streams import integer_seed
+from magsim.terrain import Ground
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
 
 __all__ = ["bare_run", "fly"]
@@ -34,7 +35,13 @@ MARGIN_S = 4.0
 """Flown and logged before the first row and after the last, for the run-in of filters."""
 
 
-def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], None] | None = None) -> Flight:
+def fly(
+    scenario: Scenario,
+    aircraft: Aircraft,
+    *,
+    ground: Ground | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Flight:
     """Fly a scenario.
 
     Parameters
@@ -42,6 +49,8 @@ def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], N
     scenario : Scenario
     aircraft : Aircraft
         The one that the scenario names.
+    ground : Ground, optional
+        That of a loaded scenario; without it, what ``scenario.terrain`` means without files.
     progress : callable, optional
         Called with the part that is done, 0 to 1.
 
@@ -57,7 +66,9 @@ def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], N
     DataError
         If the flight diverges, stalls, touches the ground or does not come to its end.
     """
-    plane, path, setup = _plan(scenario, aircraft.facts)
+    if ground is None:
+        ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
+    plane, path, setup = _plan(scenario, aircraft.facts, ground)
     _check_wind(scenario, path)
     axes = tuple(dict.fromkeys(train.axis for train in scenario.pattern.maneuvers))
     response = UNITY
@@ -74,6 +85,7 @@ def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], N
         log_hz=log_hz,
         response=response,
         pattern=scenario.pattern,
+        ground=ground,
     )
     expected_s = warmup_s + _flying_time(scenario, path) + MARGIN_S
     tick = None if progress is None else _progress(progress, expected_s)
@@ -88,11 +100,14 @@ def fly(scenario: Scenario, aircraft: Aircraft, *, progress: Callable[[float], N
 
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
     """Step the same flight model at the same rate for a time and do nothing else: the yardstick of speed."""
-    _, _, setup = _plan(scenario, aircraft.facts)
+    ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
+    _, _, setup = _plan(scenario, aircraft.facts, ground)
     bare_steps(aircraft.facts, setup, round(duration_s * setup.step_hz))
 
 
-def _plan(scenario: Scenario, facts: Facts) -> tuple[LocalPlane, tuple[Element, ...], Setup]:
+def _plan(
+    scenario: Scenario, facts: Facts, ground: Ground | None = None
+) -> tuple[LocalPlane, tuple[Element, ...], Setup]:
     """The path, and a start on its first leg's course that is one warm-up before its beginning."""
     start, air = scenario.start, scenario.air
     plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
@@ -102,6 +117,13 @@ def _plan(scenario: Scenario, facts: Facts) -> tuple[LocalPlane, tuple[Element, 
     course = math.radians(start.heading_deg)
     before = path[0].at(-scenario.flight.warmup_s * ground_speed(start.speed_mps, course, wind))
     lat, lon = plane.geodetic(before.north_m, before.east_m)
+    below = 0.0 if ground is None else float(ground.height(np.array(lat), np.array(lon)))
+    if below >= start.alt_m:
+        msg = (
+            f"start.alt_m: {start.alt_m:g} m is not above the ground where the flight begins, {below:.1f} m above the "
+            "ellipsoid; allowed: above that"
+        )
+        raise RequestError(msg)
     setup = Setup(
         lat_rad=lat,
         lon_rad=lon,
@@ -112,6 +134,7 @@ def _plan(scenario: Scenario, facts: Facts) -> tuple[LocalPlane, tuple[Element, 
         turbulence_severity=air.turbulence_severity,
         turbulence_seed=integer_seed(scenario.seed, "turbulence"),
         step_hz=scenario.flight.step_hz,
+        ground_m=below,
     )
     return plane, path, setup
 

@@ -16,7 +16,11 @@ from magsim.flight.patterns import Element, LocalPlane
 from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, Plant, Setup
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import PatternBase
+from magsim.terrain import Ground
 from magsim.trajectory import Trajectory
+
+AHEAD_TICKS = 10
+"""The ground is looked up for so many ticks at once, along the straight line ahead."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +98,8 @@ class Pilot:
         Whose maneuvers are flown on each leg.
     sweeps : sequence of Sweep
         Trains at given times of the plant, for calibration.
+    ground : Ground, optional
+        Below the path; without it, or where it is level, it stays as the plant began.
     """
 
     def __init__(
@@ -108,7 +114,10 @@ class Pilot:
         response: LoopResponse,
         pattern: PatternBase | None = None,
         sweeps: Sequence[Sweep] = (),
+        ground: Ground | None = None,
     ) -> None:
+        self._ground = None if ground is None or ground.level else ground
+        self._below: list[float] = []
         self.plant = Plant(facts, setup)
         self.guidance = Guidance(path, facts, along_m)
         self.sweeps: list[Sweep] = list(sweeps)
@@ -140,6 +149,10 @@ class Pilot:
 
     def _guide(self) -> None:
         value, time = self.plant.value, self.plant.time_s
+        if self._ground is not None:
+            if not self._below:
+                self._below = self._look_ahead(self._ground)
+            self.plant.ground(self._below.pop())
         place = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))
         self._start_sweeps(time)
         if self._flying:
@@ -148,6 +161,16 @@ class Pilot:
         order = self.guidance.step(time, motion, self._flying)
         self._plan_legs(self.guidance.crossings)
         self._give(order)
+
+    def _look_ahead(self, ground: Ground) -> list[float]:
+        """Height of the ground [m] at the middle of each of the next ticks, the last one first."""
+        value = self.plant.value
+        after_s = (np.arange(AHEAD_TICKS)[::-1] + 0.5) / TICK_HZ
+        meridian, normal = radii_of_curvature(value("lat"))
+        north, east = value("v_north") * after_s, value("v_east") * after_s
+        lat = value("lat") + north / (meridian + value("alt"))
+        lon = value("lon") + east / ((normal + value("alt")) * math.cos(value("lat")))
+        return ground.height(lat, lon).tolist()
 
     def _give(self, order: Order) -> None:
         """Write what has changed."""

@@ -97,6 +97,8 @@ class Setup:
     turbulence_severity : int
     turbulence_seed : int
     step_hz : int
+    ground_m : float
+        Height of the ground above the ellipsoid there.
     """
 
     lat_rad: float
@@ -108,6 +110,7 @@ class Setup:
     turbulence_severity: int = 0
     turbulence_seed: int = 1
     step_hz: int = 120
+    ground_m: float = 0.0
 
 
 def ground_speed(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
@@ -232,7 +235,7 @@ def trim(facts: Facts, setup: Setup) -> Trim:
 
 
 def _initial_place(fdm: jsbsim.FGFDMExec, setup: Setup) -> None:
-    fdm["ic/terrain-elevation-ft"] = 0.0
+    fdm["ic/terrain-elevation-ft"] = setup.ground_m / FT
     fdm["ic/lat-geod-deg"] = math.degrees(setup.lat_rad)
     fdm["ic/long-gc-deg"] = math.degrees(setup.lon_rad)
     fdm["ic/h-sl-ft"] = setup.alt_m / FT
@@ -318,6 +321,8 @@ class Plant:
         self._readers = [_node(manager, name).get_double_value for _, name, _ in CHANNELS]
         self._writers = {name: _node(manager, name).set_double_value for name in _writable()}
         self._outside = _envelope(facts)
+        self._set_ground = _node(manager, "position/terrain-elevation-asl-ft").set_double_value
+        self._floor_ft = setup.ground_m / FT
         self._clock_s = self._fdm["simulation/sim-time-sec"]
         self.row: list[float] = [read() for read in self._readers]
 
@@ -344,10 +349,15 @@ class Plant:
             run()
         self._steps += steps
         self.row = row = [read() for read in self._readers]
-        trouble = self._outside(row)
+        trouble = self._outside(row, self._floor_ft)
         if trouble:
             raise FlightTroubleError(trouble, row, self.time_s)
         return row
+
+    def ground(self, height_m: float) -> None:
+        """Tell the height of the ground below, above the ellipsoid: it is touched there, and stirs the air above."""
+        self._floor_ft = height_m / FT
+        self._set_ground(self._floor_ft)
 
     def value(self, name: str) -> float:
         """A quantity of the last row, in SI units."""
@@ -389,19 +399,19 @@ def _node(manager: jsbsim.FGPropertyManager, name: str) -> jsbsim.FGPropertyNode
     return node
 
 
-def _envelope(facts: Facts) -> Callable[[list[float]], str]:
-    """Check of a row: what is wrong with it, or nothing."""
+def _envelope(facts: Facts) -> Callable[[list[float], float], str]:
+    """Check of a row over a ground of some height [ft]: what is wrong with it, or nothing."""
     limits = facts.limits
     alpha_low, alpha_high = (math.radians(v) for v in limits.angle_of_attack.value)
     beta, bank, pitch = (math.radians(v.value) for v in (limits.sideslip, limits.bank, limits.pitch))
     i_alpha, i_beta, i_roll, i_pitch = (COLUMN[n] for n in ("alpha", "beta", "roll", "pitch"))
     i_alt, i_contact = COLUMN["alt"], COLUMN["contact"]
 
-    def outside(row: list[float]) -> str:
+    def outside(row: list[float], floor: float) -> str:
         # Comparisons are written so that a NaN fails them.
         if not math.isfinite(math.fsum(row)):
             return "diverged (not a number)"
-        if not (row[i_alt] > 0.0 and row[i_contact] == 0.0):
+        if not (row[i_alt] > floor and row[i_contact] == 0.0):
             return "touched the ground"
         if not alpha_low < row[i_alpha] < alpha_high:
             return "stalled"

@@ -14,6 +14,7 @@ from magsim.recording import Recording
 
 INK = "#22262b"
 GRAY = "#8a9099"
+GROUND = "#c9b8a2"
 COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6")
 MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf"}
 PART_COLORS = dict(zip(("permanent", "hinged", "induced", "eddy"), COLORS, strict=False))
@@ -111,7 +112,15 @@ def flight(recording: Recording) -> Figure:
     height = columns.TRUE_ALTITUDE.pattern
     axes = figure.add_subplot(grid[3, 1], sharex=first)
     _shade_maneuvers(axes, recording)
-    axes.plot(recording.time_s, recording[height if height in recording else "ins_alt_m"], color=INK, lw=0.8)
+    flown = recording[height if height in recording else "ins_alt_m"]
+    ground = columns.TRUE_GROUND.pattern
+    if ground in recording:
+        low = min(float(recording[ground].min()), float(flown.min()))
+        floor = low - 0.05 * (float(flown.max()) - low)
+        axes.fill_between(recording.time_s, recording[ground], floor, color=GROUND, lw=0, label="ground", zorder=1)
+        axes.set_ylim(bottom=floor)
+        _legend_above(axes, 1)
+    axes.plot(recording.time_s, flown, color=INK, lw=0.8)
     _dress(axes, "height [m]", xlabel="time [s]")
     axes.set_xlim(recording.time_s[0], recording.time_s[-1])
     return figure

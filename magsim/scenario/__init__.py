@@ -20,7 +20,7 @@ from magsim.aircraft import Aircraft, load_aircraft
 from magsim.config import Problems, Strict
 from magsim.errors import RequestError
 from magsim.scenario.base import aircraft_of
-from magsim.scenario.instruments import FluxgateSensor, Ins, ScalarSensor, Sensor, Sensors
+from magsim.scenario.instruments import FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
 from magsim.scenario.patterns import (
     LEGS,
     Box,
@@ -33,6 +33,8 @@ from magsim.scenario.patterns import (
 )
 from magsim.scenario.physics import Air, Earth, Eddy, Field_, Part
 from magsim.scenario.start import FlightSettings, Start
+from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
+from magsim.terrain import Grid, Ground
 
 __all__ = [
     "LEGS",
@@ -42,20 +44,26 @@ __all__ = [
     "Earth",
     "Eddy",
     "Field_",
+    "FlatTerrain",
     "FlightSettings",
     "FluxgateSensor",
+    "FractalTerrain",
+    "GridTerrain",
     "Ins",
     "LoadedScenario",
     "Part",
     "Pattern",
     "PatternBase",
+    "Radar",
     "RecordingSettings",
     "ScalarSensor",
     "Scenario",
     "Sensor",
     "Sensors",
     "Start",
+    "Terrain",
     "Train",
+    "ground_of",
     "load_scenario",
 ]
 
@@ -78,6 +86,7 @@ class Scenario(Strict):
     title: str = ""
     aircraft: str = Field(description="name of a folder in aircraft/")
     start: Start
+    terrain: Terrain | None = Field(default=None, description="the ground; without it, the ellipsoid")
     flight: FlightSettings = FlightSettings()
     pattern: Pattern
     air: Air = Air()
@@ -94,6 +103,14 @@ class Scenario(Strict):
             if found:
                 raise Problems(*found)
         return pattern
+
+    @field_validator("sensors")
+    @classmethod
+    def _ground_is_told(cls, sensors: Sensors, info: ValidationInfo) -> Sensors:
+        if sensors.radar and info.data.get("terrain", "wrong") is None:
+            text = "a radar altimeter needs the ground; allowed: with a table [terrain], for example kind = 'flat'"
+            raise Problems(("radar", text))
+        return sensors
 
     @field_validator("recording")
     @classmethod
@@ -135,6 +152,8 @@ class LoadedScenario:
         The scenario file as it was read.
     overrides : tuple of str
         ``key.path=value`` settings that were laid over the text.
+    ground : Ground, optional
+        What ``[terrain]`` means; None without it.
     """
 
     name: str
@@ -142,15 +161,21 @@ class LoadedScenario:
     aircraft: Aircraft
     text: str
     overrides: tuple[str, ...] = ()
+    ground: Ground | None = None
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over the meaning of the scenario and the aircraft's files, in hexadecimal.
+        """SHA-256 over the meaning of the scenario, the aircraft's files and its own files, in hexadecimal.
 
         Comments, order of keys and values that equal the default do not count.
         """
         meaning = json.dumps(self.scenario.model_dump(mode="json", by_alias=True), sort_keys=True)
-        return hashlib.sha256(f"{meaning}\n{self.aircraft.digest}".encode()).hexdigest()
+        parts = [meaning, self.aircraft.digest, *self._file_digests()]
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+    def _file_digests(self) -> Iterator[str]:
+        if self.ground is not None and isinstance(self.ground.surface, Grid):
+            yield self.ground.surface.digest
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> LoadedScenario:
@@ -183,4 +208,9 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Lo
             also.append(("aircraft", str(error)))
     scenario = document.validate(Scenario, context={"aircraft": aircraft}, also=also)
     assert aircraft is not None  # else validate had told a problem
-    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides))
+    ground = None
+    try:
+        ground = ground_of(scenario.terrain, scenario.start, scenario.seed, path.parent)
+    except RequestError as error:
+        document.validate(Scenario, context={"aircraft": aircraft}, also=[("terrain.file", str(error))])
+    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground)

@@ -53,12 +53,22 @@ class Ins(Strict):
     correlation_s: Positive = 300.0
 
 
+class Radar(Strict):
+    """A radar altimeter: height above the ground below, with noise, -1 where no echo is heard."""
+
+    noise_m: NonNegative = Field(default=0.3, description="white, each row")
+    noise_relative: NonNegative = Field(default=0.002, le=0.5, description="white, each row, share of the height")
+    max_range_m: Positive = Field(default=760.0, description="no echo from farther away: the reading is -1")
+    max_tilt_deg: float = Field(default=45.0, gt=0.0, le=90.0, description="no echo beyond this tilt: the reading is -1")
+
+
 class Sensors(Strict):
     """All instruments on board."""
 
     scalar: tuple[ScalarSensor, ...] = Field(min_length=1, strict=False)
     fluxgate: tuple[FluxgateSensor, ...] = Field(default=(), strict=False)
     ins: Ins = Ins()
+    radar: Radar | None = Field(default=None, description="needs [terrain]")
 
     @field_validator("scalar", "fluxgate")
     @classmethod

@@ -7,6 +7,7 @@ rows of readings, labels and truth alike, so that all of them have the same resp
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.sensors.navigation import ins_columns, true_columns
+from magsim.sensors.radar import ground_columns, radar_columns
 from magsim.sensors.scalar import scalar_columns
 
-__all__ = ["Acquisition", "fluxgate_columns", "ins_columns", "scalar_columns", "true_columns"]
+__all__ = ["Acquisition", "fluxgate_columns", "ground_columns", "ins_columns", "radar_columns", "scalar_columns", "true_columns"]
