@@ -56,7 +56,8 @@ def simulate(loaded: LoadedScenario, *, progress: Progress | None = None) -> Rec
     scenario, aircraft = loaded.scenario, loaded.aircraft
     # Solves on one BLAS thread and on two differ in their last bits.
     with threadpool_limits(1):
-        flight = fly(scenario, aircraft, ground=loaded.ground, progress=_step(progress, "flight"))
+        told = _step(progress, "flight")
+        flight = fly(scenario, aircraft, ground=loaded.ground, track=loaded.track, progress=told)
         truth = compute_field(scenario, aircraft, flight, progress=_step(progress, "field"))
         done = _step(progress, "sensors")
         done(0.0)

@@ -24,7 +24,8 @@ from magsim.flight.plant import (
     ground_speed,
     integrators_for,
 )
-from magsim.scenario import Scenario, ground_of
+from magsim.flight.track import fly_track
+from magsim.scenario import Scenario, Track, TrackLog, ground_of
 from magsim.streams import integer_seed
 from magsim.terrain import Ground
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
@@ -40,6 +41,7 @@ def fly(
     aircraft: Aircraft,
     *,
     ground: Ground | None = None,
+    track: TrackLog | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Flight:
     """Fly a scenario.
@@ -51,6 +53,8 @@ def fly(
         The one that the scenario names.
     ground : Ground, optional
         That of a loaded scenario; without it, what ``scenario.terrain`` means without files.
+    track : TrackLog, optional
+        That of a loaded scenario with the pattern ``track``.
     progress : callable, optional
         Called with the part that is done, 0 to 1.
 
@@ -68,6 +72,8 @@ def fly(
     """
     if ground is None:
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
+    if isinstance(scenario.pattern, Track):
+        return _fly_log(scenario, aircraft, track, ground)
     plane, path, setup = _plan(scenario, aircraft.facts, ground)
     _check_wind(scenario, path)
     axes = tuple(dict.fromkeys(train.axis for train in scenario.pattern.maneuvers))
@@ -96,6 +102,13 @@ def fly(
     if progress is not None:
         progress(1.0)
     return _flight(scenario, aircraft, pilot, log, response.arrays() if axes else {})
+
+
+def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, ground: Ground | None) -> Flight:
+    if track is None:
+        msg = f"pattern.file: {scenario.pattern.file} is read by load_scenario only"
+        raise RequestError(msg)
+    return fly_track(scenario, aircraft, track, ground, MARGIN_S)
 
 
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:

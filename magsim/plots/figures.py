@@ -113,6 +113,7 @@ def flight(recording: Recording) -> Figure:
     axes = figure.add_subplot(grid[3, 1], sharex=first)
     _shade_maneuvers(axes, recording)
     flown = recording[height if height in recording else "ins_alt_m"]
+    axes.plot(recording.time_s, flown, color=INK, lw=0.8)
     ground = columns.TRUE_GROUND.pattern
     if ground in recording:
         low = min(float(recording[ground].min()), float(flown.min()))
@@ -120,7 +121,6 @@ def flight(recording: Recording) -> Figure:
         axes.fill_between(recording.time_s, recording[ground], floor, color=GROUND, lw=0, label="ground", zorder=1)
         axes.set_ylim(bottom=floor)
         _legend_above(axes, 1)
-    axes.plot(recording.time_s, flown, color=INK, lw=0.8)
     _dress(axes, "height [m]", xlabel="time [s]")
     axes.set_xlim(recording.time_s[0], recording.time_s[-1])
     return figure

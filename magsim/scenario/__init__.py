@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Discriminator, Field, ValidationError, ValidationInfo, field_validator
 
 from magsim import assets, config
 from magsim.aircraft import Aircraft, load_aircraft
@@ -25,7 +25,6 @@ from magsim.scenario.patterns import (
     LEGS,
     Box,
     Cloverleaf,
-    Pattern,
     PatternBase,
     Train,
     check_fit,
@@ -34,6 +33,8 @@ from magsim.scenario.patterns import (
 from magsim.scenario.physics import Air, Earth, Eddy, Field_, Part
 from magsim.scenario.start import FlightSettings, Start
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
+from magsim.scenario.track import Track, check_track
+from magsim.scenario.tracklog import TrackLog, TrackProblemsError, read_track, start_of
 from magsim.terrain import Grid, Ground
 
 __all__ = [
@@ -62,10 +63,15 @@ __all__ = [
     "Sensors",
     "Start",
     "Terrain",
+    "Track",
+    "TrackLog",
     "Train",
     "ground_of",
     "load_scenario",
 ]
+
+Pattern = Annotated[Box | Cloverleaf | Track, Discriminator("kind")]
+"""Every pattern that a scenario may name."""
 
 
 class RecordingSettings(Strict):
@@ -96,10 +102,13 @@ class Scenario(Strict):
 
     @field_validator("pattern")
     @classmethod
-    def _flyable(cls, pattern: Box | Cloverleaf, info: ValidationInfo) -> Box | Cloverleaf:
-        start = info.data.get("start")
+    def _flyable(cls, pattern: Pattern, info: ValidationInfo) -> Pattern:
+        start, terrain = info.data.get("start"), info.data.get("terrain", "wrong")
         if start:
-            found = [*check_fit(pattern, start), *check_loads(pattern, start, aircraft_of(info))]
+            if isinstance(pattern, Track):
+                found = [*check_track(pattern, has_ground=terrain is not None)]
+            else:
+                found = [*check_fit(pattern, start), *check_loads(pattern, start, aircraft_of(info))]
             if found:
                 raise Problems(*found)
         return pattern
@@ -122,19 +131,21 @@ class Scenario(Strict):
 
 
 def _check_rows(
-    recording: RecordingSettings, flight: FlightSettings | None, pattern: Box | Cloverleaf | None
+    recording: RecordingSettings, flight: FlightSettings | None, pattern: Pattern | None
 ) -> Iterator[tuple[str, str]]:
     """Rows and splits must exist."""
     rate = recording.rate_hz
     if flight and flight.step_hz % rate:
         yield "rate_hz", f"{rate} does not divide flight.step_hz = {flight.step_hz}; allowed: a divisor of it"
     circuits = pattern.circuits if pattern else 100
+    legs = getattr(pattern, "legs", LEGS)
     for key, values, last in (
         ("train_circuits", recording.train_circuits, circuits),
-        ("valid_legs", recording.valid_legs, LEGS),
+        ("valid_legs", recording.valid_legs, legs),
     ):
+        # The default leg for validation need not exist: then there is none.
         for i, value in enumerate(values):
-            if not 1 <= value <= last:
+            if not 1 <= value <= last and key in recording.model_fields_set:
                 yield f"{key}[{i}]", f"{value} is not flown; allowed: 1 to {last}"
 
 
@@ -154,6 +165,8 @@ class LoadedScenario:
         ``key.path=value`` settings that were laid over the text.
     ground : Ground, optional
         What ``[terrain]`` means; None without it.
+    track : TrackLog, optional
+        The logged track that a pattern ``track`` flies.
     """
 
     name: str
@@ -162,6 +175,7 @@ class LoadedScenario:
     text: str
     overrides: tuple[str, ...] = ()
     ground: Ground | None = None
+    track: TrackLog | None = None
 
     @cached_property
     def digest(self) -> str:
@@ -176,6 +190,8 @@ class LoadedScenario:
     def _file_digests(self) -> Iterator[str]:
         if self.ground is not None and isinstance(self.ground.surface, Grid):
             yield self.ground.surface.digest
+        if self.track is not None:
+            yield self.track.digest
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> LoadedScenario:
@@ -206,11 +222,37 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Lo
             aircraft = load_aircraft(name)
         except RequestError as error:
             also.append(("aircraft", str(error)))
-    scenario = document.validate(Scenario, context={"aircraft": aircraft}, also=also)
+    track, problems = _track_of(document.table, path.parent, aircraft)
+    also += [("pattern.file", problem) for problem in problems]
+    context = {"aircraft": aircraft}
+    scenario = document.validate(Scenario, context=context, also=also)
     assert aircraft is not None  # else validate had told a problem
     ground = None
     try:
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, path.parent)
     except RequestError as error:
-        document.validate(Scenario, context={"aircraft": aircraft}, also=[("terrain.file", str(error))])
-    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground)
+        document.validate(Scenario, context=context, also=[("terrain.file", str(error))])
+    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground, track)
+
+
+def _track_of(
+    table: dict[str, object], folder: Path, aircraft: Aircraft | None
+) -> tuple[TrackLog | None, tuple[str, ...]]:
+    """The track that a scenario names, with what is wrong in its file.
+
+    What ``[start]`` leaves out of place, height, speed and heading is filled from the track.
+    """
+    pattern, start = table.get("pattern"), table.setdefault("start", {})
+    if not isinstance(pattern, dict) or pattern.get("kind") != "track" or not isinstance(start, dict):
+        return None, ()
+    track, problems = None, ()
+    try:
+        track = read_track(Track.model_validate(pattern), folder)
+    except ValidationError:
+        pass  # told with everything else that is wrong in the scenario
+    except TrackProblemsError as error:
+        problems = error.lines
+    if track is not None or problems:
+        for name, value in start_of(track, aircraft).items():
+            start.setdefault(name, value)
+    return track, problems

@@ -59,7 +59,9 @@ class Radar(Strict):
     noise_m: NonNegative = Field(default=0.3, description="white, each row")
     noise_relative: NonNegative = Field(default=0.002, le=0.5, description="white, each row, share of the height")
     max_range_m: Positive = Field(default=760.0, description="no echo from farther away: the reading is -1")
-    max_tilt_deg: float = Field(default=45.0, gt=0.0, le=90.0, description="no echo beyond this tilt: the reading is -1")
+    max_tilt_deg: float = Field(
+        default=45.0, gt=0.0, le=90.0, description="no echo beyond this tilt: the reading is -1"
+    )
 
 
 class Sensors(Strict):

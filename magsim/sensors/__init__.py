@@ -10,4 +10,12 @@ from magsim.sensors.navigation import ins_columns, true_columns
 from magsim.sensors.radar import ground_columns, radar_columns
 from magsim.sensors.scalar import scalar_columns
 
-__all__ = ["Acquisition", "fluxgate_columns", "ground_columns", "ins_columns", "radar_columns", "scalar_columns", "true_columns"]
+__all__ = [
+    "Acquisition",
+    "fluxgate_columns",
+    "ground_columns",
+    "ins_columns",
+    "radar_columns",
+    "scalar_columns",
+    "true_columns",
+]

@@ -1,7 +1,7 @@
 """Random ground with the spectrum of real ground: a sum of cosine waves with power-law amplitudes.
 
-The amplitude of a wave falls as its wavelength to the power of the Hurst exponent H, which is what a self-affine surface
-has (spectral density of the surface ~ k^-(2 H + 2)). The sum is smooth, has an exact gradient, no edge and no period
+The amplitude of a wave falls as its wavelength to the power of the Hurst exponent H, as that of a self-affine surface
+does (spectral density of the surface ~ k^-(2 H + 2)). The sum is smooth, has an exact gradient, no edge and no period
 that anyone would meet, and depends on nothing but the random numbers that come in.
 """
 

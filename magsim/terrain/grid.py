@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, RequestError
 from magsim.terrain.plane import TangentPlane
 
@@ -93,8 +94,6 @@ class Grid:
         _, by_y, by_x = self._lookup(lat_rad, lon_rad)
         if self._plane is not None:
             return self._plane.turn(np.asarray(lat_rad), np.asarray(lon_rad), by_y, by_x)
-        from magsim.earth import radii_of_curvature
-
         meridian, normal = radii_of_curvature(np.asarray(lat_rad))
         return np.degrees(by_y) / meridian, np.degrees(by_x) / (normal * np.cos(lat_rad))
 
@@ -110,7 +109,9 @@ class Grid:
         rows, columns = self.heights_m.shape
         inside = (row > -1e-6) & (row < rows - 1 + 1e-6) & (column > -1e-6) & (column < columns - 1 + 1e-6)
         if not np.all(inside):
-            self._outside(np.broadcast_to(lat_rad, inside.shape)[~inside], np.broadcast_to(lon_rad, inside.shape)[~inside])
+            self._outside(
+                np.broadcast_to(lat_rad, inside.shape)[~inside], np.broadcast_to(lon_rad, inside.shape)[~inside]
+            )
         i = np.clip(np.floor(row).astype(int), 0, rows - 2)
         j = np.clip(np.floor(column).astype(int), 0, columns - 2)
         wy, dy = _keys(row - i)
@@ -132,8 +133,8 @@ class Grid:
         north, east = self._south + (rows - 1) * self._step, self._west + (columns - 1) * self._step
         unit = "m east and north of the start" if self._plane is not None else "deg longitude and latitude"
         msg = (
-            f"{self.name}: the flight leaves the terrain grid at latitude {math.degrees(lat_rad.flat[0]):.5f}, longitude "
-            f"{math.degrees(lon_rad.flat[0]):.5f} deg; the grid reaches from {self._west:g} to {east:g} and from "
+            f"{self.name}: the flight leaves the terrain grid at latitude {math.degrees(lat_rad.flat[0]):.5f}, "
+            f"longitude {math.degrees(lon_rad.flat[0]):.5f} deg; the grid reaches from {self._west:g} to {east:g} and from "
             f"{self._south:g} to {north:g} ({unit})"
         )
         raise DataError(msg)
@@ -218,7 +219,7 @@ def _read_header(path: Path, lines: list[bytes], *, geographic: bool) -> tuple[d
     """Values of the header and the index of the first line after it."""
     found: dict[str, float] = {}
     index = 0
-    for index, line in enumerate(lines):  # noqa: B007 - the index is used after the loop
+    for index, line in enumerate(lines):
         parts = line[:MAX_LINE].split()
         if parts and not parts[0][:1].isalpha():
             break
@@ -258,7 +259,9 @@ def _check_extent(path: Path, found: dict[str, float], *, geographic: bool) -> N
     west = found["xllcenter"] if "xllcenter" in found else found["xllcorner"]
     south = found["yllcenter"] if "yllcenter" in found else found["yllcorner"]
     east, north = west + columns * step, south + rows * step
-    if geographic and not (-360.0 <= west and east <= 540.0 and east - west <= 361.0 and -91.0 <= south and north <= 91.0):
+    if geographic and not (
+        west >= -360.0 and east <= 540.0 and east - west <= 361.0 and south >= -91.0 and north <= 91.0
+    ):
         why = (
             f"the grid reaches from {west:g} to {east:g} and from {south:g} to {north:g}, which are no degrees of "
             "longitude and latitude; allowed: those, or coordinates = 'local' for meters"
@@ -300,22 +303,20 @@ def _values(path: Path, number: int, tokens: list[bytes]) -> np.ndarray:
     return np.array([_number(path, number, f"value {k + 1}", token) for k, token in enumerate(tokens)])
 
 
-def _check_heights(
-    path: Path, number: int, values: np.ndarray, nodata: float | None, nodata_m: float | None
-) -> None:
+def _check_heights(path: Path, number: int, values: np.ndarray, nodata: float | None, nodata_m: float | None) -> None:
     """Refuse or fill points without data; refuse heights that no ground has."""
     if nodata is not None:
         empty = values == nodata
         if empty.any():
             if nodata_m is None:
                 why = (
-                    f"value {int(empty.argmax()) + 1} is the mark of a point without data ({nodata:g}); allowed: a grid "
-                    "without holes, or terrain.nodata_m, the height that stands for them"
+                    f"value {int(empty.argmax()) + 1} is the mark of a point without data ({nodata:g}); allowed: a "
+                    "grid without holes, or terrain.nodata_m, the height that stands for them"
                 )
                 _refuse(path, number, why)
             values[empty] = nodata_m
     wrong = np.abs(values) > MAX_HEIGHT_M
     if wrong.any():
         at = int(wrong.argmax())
-        why = f"value {at + 1}: {values[at]:g} m is no height of the ground; allowed: within {MAX_HEIGHT_M:g} m of the sea"
+        why = f"value {at + 1}: {values[at]:g} m is no height of the ground; allowed: up to {MAX_HEIGHT_M:g} m"
         _refuse(path, number, why)

@@ -2,27 +2,29 @@
 
 import numpy as np
 
-from magsim.earth import ecef_from_geodetic, rot_ne_at
+from magsim.earth import ecef_from_geodetic, radii_of_curvature, rot_ne_at
 
 
 class TangentPlane:
-    """Plane that touches the WGS-84 ellipsoid at a point: places of the ellipsoid are dropped onto it.
+    """Plane that touches a surface of constant height at a point: places of that surface are dropped onto it.
 
     A distance d from the point appears shorter by d^3 / (6 R^2): 0.7 m at 30 km.
 
     Parameters
     ----------
     lat_rad, lon_rad : float [rad]
+    alt_m : float
+        Height of the surface above the WGS-84 ellipsoid.
     """
 
-    def __init__(self, lat_rad: float, lon_rad: float) -> None:
-        self.lat_rad, self.lon_rad = lat_rad, lon_rad
-        self._origin = ecef_from_geodetic(lat_rad, lon_rad, 0.0)
+    def __init__(self, lat_rad: float, lon_rad: float, alt_m: float = 0.0) -> None:
+        self.lat_rad, self.lon_rad, self.alt_m = lat_rad, lon_rad, alt_m
+        self._origin = ecef_from_geodetic(lat_rad, lon_rad, alt_m)
         self._axes = rot_ne_at(lat_rad, lon_rad)[:2]
 
     def place(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """North and east [m] of places on the ellipsoid, (...) each."""
-        away = ecef_from_geodetic(lat_rad, lon_rad, 0.0) - self._origin
+        """North and east [m] of places on the surface, (...) each."""
+        away = ecef_from_geodetic(lat_rad, lon_rad, self.alt_m) - self._origin
         north, east = (np.einsum("...i,i->...", away, axis) for axis in self._axes)
         return north, east
 
@@ -34,3 +36,15 @@ class TangentPlane:
         north = np.einsum("...i,ki->...k", local[..., 0, :], self._axes)
         east = np.einsum("...i,ki->...k", local[..., 1, :], self._axes)
         return by_north * north[..., 0] + by_east * north[..., 1], by_north * east[..., 0] + by_east * east[..., 1]
+
+    def geodetic(self, north_m: np.ndarray, east_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Latitude and longitude [rad] of places of the plane, (...) each, by Newton's method on ``place``."""
+        lat = np.full(np.shape(north_m), self.lat_rad)
+        lon = np.full(np.shape(north_m), self.lon_rad)
+        for _ in range(8):
+            x, y = self.place(lat, lon)
+            north, east = self.turn(lat, lon, north_m - x, east_m - y)
+            meridian, normal = radii_of_curvature(lat)
+            lat = lat + north / (meridian + self.alt_m)
+            lon = lon + east / ((normal + self.alt_m) * np.cos(lat))
+        return lat, lon
