@@ -134,8 +134,8 @@ class Grid:
         unit = "m east and north of the start" if self._plane is not None else "deg longitude and latitude"
         msg = (
             f"{self.name}: the flight leaves the terrain grid at latitude {math.degrees(lat_rad.flat[0]):.5f}, "
-            f"longitude {math.degrees(lon_rad.flat[0]):.5f} deg; the grid reaches from {self._west:g} to {east:g} and from "
-            f"{self._south:g} to {north:g} ({unit})"
+            f"longitude {math.degrees(lon_rad.flat[0]):.5f} deg; the grid reaches from {self._west:g} to {east:g} "
+            f"and from {self._south:g} to {north:g} ({unit})"
         )
         raise DataError(msg)
 
