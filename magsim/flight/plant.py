@@ -28,7 +28,7 @@ INTEGRATORS = {"rate/rotational": 9, "position/rotational": 9, "rate/translation
 
 JSBSim's defaults for rotation are Euler's rule, which is wrong by degrees after half a minute of tumbling
 (NESC check case Atmos_02). Wind changes the forces too fast for more than the default orders of translation to help.
-A small aircraft, whose rotation is damped within a few steps, needs less order there: see ``integrators_for``.
+A small aircraft, whose rotation is damped within a few steps, bears less order there: see ``integrators_for``.
 """
 
 ADAMS_BASHFORTH = ((9, 0.163), (5, 0.300), (4, 0.545), (3, 1.000))
@@ -141,7 +141,7 @@ def silence() -> None:
 
 
 def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
-    """JSBSim's integrators for an aircraft: rotation by the highest order that is stable.
+    """JSBSim's integrators for an aircraft: the rates of rotation by the highest order that is stable.
 
     The higher an Adams-Bashforth scheme's order, the less damping it bears in a step. The fastest decay of an
     airframe is that of its roll, ``rho V S b^2 |Cl_p| / (4 Ixx)``, or of its pitch: a few 1/s for a Cessna, 20 1/s for
@@ -157,12 +157,14 @@ def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
     roll = flow * geometry.span.value**2 * abs(d.roll_p) / moments.xx
     pitch = flow * geometry.mean_chord.value**2 * abs(d.cm_q + d.cm_alphadot) / moments.yy
     needed = LOOP_FACTOR * max(roll, pitch) / step_hz
-    order = next((number for number, bears in ADAMS_BASHFORTH if needed <= bears), None)
+    numbers = [number for number, _ in ADAMS_BASHFORTH]
+    upto = ADAMS_BASHFORTH[numbers.index(INTEGRATORS["rate/rotational"]) :]
+    order = next((number for number, bears in upto if needed <= bears), None)
     if order is None:
         least = math.ceil(LOOP_FACTOR * max(roll, pitch) / ADAMS_BASHFORTH[-1][1])
         msg = f"flight.step_hz: {step_hz} steps a second are too few for {facts.title}; allowed: at least {least}"
         raise RequestError(msg)
-    return INTEGRATORS | {"rate/rotational": order, "position/rotational": order}
+    return INTEGRATORS | {"rate/rotational": order}
 
 
 def load(facts: Facts, step_hz: int, *, twin: bool = False) -> jsbsim.FGFDMExec:
