@@ -113,6 +113,9 @@ TRUE_ALTITUDE = Family("true_alt_m", "truth", "m", "", "True height above the WG
 TRUE_MSL = Family("true_msl_m", "truth", "m", "", "True height above mean sea level")
 TRUE_AGL = Family("true_agl_m", "truth", "m", "", "True height above the ground straight below")
 TRUE_GROUND = Family("true_ground_m", "truth", "m", "", "Height of the ground below, above the WGS-84 ellipsoid")
+TRUE_WIND = Family(
+    "true_wind_{direction}_mps", "truth", "m/s", "n", "Motion of the air over ground, turbulence included: n, e, d"
+)
 
 CIRCUIT = Family("circuit", "segment", "1", "", "Number of the circuit, from 1")
 LEG = Family("leg", "segment", "1", "", "Number of the leg within its circuit, from 1")
@@ -143,6 +146,7 @@ FAMILIES: tuple[Family, ...] = (
     TRUE_MSL,
     TRUE_AGL,
     TRUE_GROUND,
+    TRUE_WIND,
     CIRCUIT,
     LEG,
     TURN,

@@ -105,6 +105,9 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
         data |= ground_columns(path, loaded.ground)
         if scenario.sensors.radar is not None:
             data |= radar_columns(scenario.sensors.radar, path, loaded.ground, seed)
+    wind_n = flight.wind_at(time_s)
+    if wind_n is not None:
+        data |= {columns.TRUE_WIND.name(direction=name): wind_n[:, k] for k, name in enumerate(columns.DIRECTIONS)}
     for name, angle in flight.controls_at(time_s).items():
         data[columns.SURFACE.name(surface=name)] = np.degrees(angle)
     segments = flight.segment_columns(time_s)

@@ -158,6 +158,8 @@ class Flight:
     maneuvers : tuple of ManeuverFlown
     notes : mapping
         Plain facts of the run for provenance: integrators, rates, calibrated loop gains.
+    wind_n : (n, 3) [m/s], optional
+        Motion of the air over ground, north, east, down, at the carrier's log times; None where nobody knows it.
     """
 
     carrier: Trajectory
@@ -167,8 +169,15 @@ class Flight:
     segments: tuple[Segment, ...]
     maneuvers: tuple[ManeuverFlown, ...]
     notes: Mapping[str, object] = field(default_factory=dict)
+    wind_n: np.ndarray | None = None
 
     def __post_init__(self) -> None:
+        if self.wind_n is not None:
+            wind_n = readonly(self.wind_n)
+            if wind_n.shape != (len(self.carrier), 3):
+                msg = f"wind_n has shape {wind_n.shape}, expected {(len(self.carrier), 3)}"
+                raise ValueError(msg)
+            object.__setattr__(self, "wind_n", wind_n)
         controls = {name: readonly(angle) for name, angle in self.controls.items()}
         for name, angle in controls.items():
             if angle.shape != self.carrier.time_s.shape:
@@ -194,6 +203,22 @@ class Flight:
             return {}
         rows = self._control_spline(self.carrier.inside(time_s))
         return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
+
+    def wind_at(self, time_s: np.ndarray) -> np.ndarray | None:
+        """Wind [m/s] at other times inside the logged span, straight between the rows of the log; (m, 3).
+
+        Turbulence is rough: a smooth curve through its rows would overshoot. None where the wind is not known.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        if self.wind_n is None:
+            return None
+        time_s = self.carrier.inside(time_s)
+        columns_n = [np.interp(time_s, self.carrier.time_s, self.wind_n[:, k]) for k in range(3)]
+        return readonly(np.column_stack(columns_n))
 
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
         """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.

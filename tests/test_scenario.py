@@ -199,7 +199,7 @@ def test_overrides_are_part_of_the_provenance(write):
 def test_the_json_schema_knows_every_key_and_its_limits():
     schema = Scenario.model_json_schema()
     start = schema["$defs"]["Start"]["properties"]
-    assert (start["lat_deg"]["minimum"], start["lat_deg"]["maximum"]) == (-89.0, 89.0)
+    assert (start["lat_deg"]["minimum"], start["lat_deg"]["maximum"]) == (-90.0, 90.0)
     assert set(schema["required"]) == {"schema", "seed", "aircraft", "start", "pattern", "sensors"}
     train = schema["$defs"]["Train"]["properties"]
     assert {"type": "number"} in train["amplitude_deg"]["anyOf"]

@@ -12,11 +12,12 @@ import numpy as np
 
 from magsim.aircraft import Aircraft, Facts
 from magsim.errors import DataError, RequestError
+from magsim.flight.air import weather_of
 from magsim.flight.calibration import loop_response
 from magsim.flight.guidance import TICK_HZ, Crossing
 from magsim.flight.maneuvers import UNITY, Sweep, measure
-from magsim.flight.patterns import Element, LocalPlane, length_of, path_of
-from magsim.flight.pilot import Log, Pilot, on_clock
+from magsim.flight.patterns import Element, LocalPlane, check_pole, length_of, path_of
+from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock
 from magsim.flight.plant import (
     FlightTroubleError,
     Setup,
@@ -25,8 +26,8 @@ from magsim.flight.plant import (
     integrators_for,
 )
 from magsim.flight.track import fly_track
-from magsim.scenario import Scenario, Track, TrackLog, ground_of
-from magsim.streams import integer_seed
+from magsim.flight.watch import Watch
+from magsim.scenario import LogShear, Scenario, Track, TrackLog, ground_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
 
@@ -34,6 +35,9 @@ __all__ = ["bare_run", "fly"]
 
 MARGIN_S = 4.0
 """Flown and logged before the first row and after the last, for the run-in of filters."""
+
+SLOWEST, GRACE_S = 1.3, 60.0
+"""A flight that takes this many times as long as it should, and this much more, does not come to its end."""
 
 
 def fly(
@@ -92,6 +96,7 @@ def fly(
         response=response,
         pattern=scenario.pattern,
         ground=ground,
+        watch=Watch(aircraft.facts, scenario.flight, 1.0 / TICK_HZ),
     )
     expected_s = warmup_s + _flying_time(scenario, path) + MARGIN_S
     tick = None if progress is None else _progress(progress, expected_s)
@@ -124,10 +129,11 @@ def _plan(
     """The path, and a start on its first leg's course that is one warm-up before its beginning."""
     start, air = scenario.start, scenario.air
     plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
-    wind = (air.wind_north_mps, air.wind_east_mps)
+    wind = air.wind_mps
     fastest = start.speed_mps + math.hypot(*wind)
     path = path_of(scenario.pattern, start.heading_deg, fastest, facts.autopilot.bank_ease.value)
     course = math.radians(start.heading_deg)
+    check_pole(path, plane)
     before = path[0].at(-scenario.flight.warmup_s * ground_speed(start.speed_mps, course, wind))
     lat, lon = plane.geodetic(before.north_m, before.east_m)
     below = 0.0 if ground is None else float(ground.height(np.array(lat), np.array(lon)))
@@ -137,19 +143,26 @@ def _plan(
             "ellipsoid; allowed: above that"
         )
         raise RequestError(msg)
+    # The wind of the scenario holds at the start point; a logarithmic shear counts from the ground there.
+    at_start = 0.0 if ground is None else float(ground.height(np.array(plane.lat_rad), np.array(plane.lon_rad)))
+    reference = start.alt_m - at_start if isinstance(air.shear, LogShear) else start.alt_m
     setup = Setup(
         lat_rad=lat,
         lon_rad=lon,
         alt_m=start.alt_m,
-        course=course,
+        course=course - plane.north_at(lat, lon),
         speed_mps=start.speed_mps,
         wind_mps=wind,
-        turbulence_severity=air.turbulence_severity,
-        turbulence_seed=integer_seed(scenario.seed, "turbulence"),
         step_hz=scenario.flight.step_hz,
         ground_m=below,
+        weather=weather_of(air, scenario.seed, reference, _longest(scenario, path)),
     )
     return plane, path, setup
+
+
+def _longest(scenario: Scenario, path: Sequence[Element]) -> float:
+    """Time from the first row within which every flight of a path is over [s]."""
+    return SLOWEST * (scenario.flight.warmup_s + _flying_time(scenario, path) + MARGIN_S) + GRACE_S
 
 
 def _leg_time(scenario: Scenario, element: Element) -> float:
@@ -184,13 +197,16 @@ def _check_wind(scenario: Scenario, path: Sequence[Element]) -> None:
 
 def _finished(expected_s: float) -> Callable[[Pilot], bool]:
     """Say when a run is over: a margin after the end of its path."""
-    longest = 1.3 * expected_s + 60.0
+    longest = SLOWEST * expected_s + GRACE_S
 
     def finished(pilot: Pilot) -> bool:
         end, now = pilot.guidance.finished_s, pilot.plant.time_s
         if end is None and now > longest:
-            msg = f"the flight did not come to the end of its pattern in {longest:.0f} s"
-            raise DataError(msg)
+            element = pilot.path[pilot.guidance.index]
+            where = f"{'the turn after ' if element.turn else ''}leg {element.leg} of circuit {element.circuit}"
+            entered = "was not entered" if not pilot.guidance.crossings else "was not finished"
+            trouble = f"missed its pattern: {where} {entered}, {pilot.guidance.off_m:.0f} m right of its line,"
+            raise FlightTroubleError(trouble, pilot.plant.row, now)
         return end is not None and now >= end + MARGIN_S + 1.0 / TICK_HZ
 
     return finished
@@ -220,7 +236,7 @@ def _flight(
     """Cut the log and tell what was flown."""
     crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
     log_hz, rate_hz = scenario.flight.log_hz, scenario.recording.rate_hz
-    zero = round(crossings[0].time_s * log_hz) / log_hz
+    zero = first_row_s(crossings[0].time_s, log_hz)
     log = log.cut(zero - MARGIN_S, end + MARGIN_S, zero)
     carrier = log.trajectory(aircraft.facts.cg_b)
     duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
@@ -233,6 +249,7 @@ def _flight(
         duration_s=duration,
         simulation_rate_hz=float(scenario.flight.step_hz),
         controls=log.controls(),
+        wind_n=log.wind(),
         segments=segments,
         maneuvers=maneuvers,
         notes={

@@ -16,7 +16,10 @@ from magsim.flight.autopilot import system_xml
 from magsim.flight.engines import ENGINE, THRUSTER, engine_files
 from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
 
-SYSTEM = "survey_autopilot"
+SYSTEM, AIR = "survey_autopilot", "air"
+STILL_AIR = '<?xml version="1.0"?>\n<system name="air"/>\n'
+"""The system of shear and gusts where there is neither."""
+
 FUEL_SHARE = 1.0 / 80.0
 """Part of the mass that is fuel, so that the engine lives; none is burned, so mass and center of gravity stay."""
 
@@ -41,19 +44,20 @@ def body_from_inches(position_in: Sequence[float], facts: Facts) -> tuple[float,
     )
 
 
-def model_files(facts: Facts, name: str, *, twin: bool = False) -> dict[str, str]:
+def model_files(facts: Facts, name: str, *, twin: bool = False, air_xml: str = STILL_AIR) -> dict[str, str]:
     """Text of the files of a model by their places below a folder; with direct thrust for its twin."""
     engine = {f"engine/{file}.xml": text for file, text in engine_files(facts, twin=twin).items()}
     return {
         f"aircraft/{name}/{name}.xml": airframe_xml(facts, name),
         **engine,
         f"systems/{SYSTEM}.xml": system_xml(facts),
+        f"systems/{AIR}.xml": air_xml,
     }
 
 
-def write_model(facts: Facts, folder: Path, name: str, *, twin: bool = False) -> None:
-    """Write ``aircraft/<name>/<name>.xml``, engine and system below a folder, as JSBSim looks for them."""
-    for path, text in model_files(facts, name, twin=twin).items():
+def write_model(facts: Facts, folder: Path, name: str, *, twin: bool = False, air_xml: str = STILL_AIR) -> None:
+    """Write ``aircraft/<name>/<name>.xml``, engine and systems below a folder, as JSBSim looks for them."""
+    for path, text in model_files(facts, name, twin=twin, air_xml=air_xml).items():
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
@@ -109,6 +113,7 @@ def airframe_xml(facts: Facts, name: str) -> str:
   </tank>
  </propulsion>
  <system file="{SYSTEM}"/>
+ <system file="{AIR}"/>
 {_aerodynamics_xml(facts)}</fdm_config>
 """
 

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
-from magsim.earth.wgs84 import ecef_from_geodetic, radii_of_curvature, rot_ne_at
+import numpy as np
+
+from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.errors import RequestError
 from magsim.scenario import Box, Cloverleaf
 from magsim.units import G0
@@ -30,7 +32,7 @@ class LocalPlane:
         self.lat_rad, self.lon_rad, self.alt_m = lat_rad, lon_rad, alt_m
         self._origin = [float(v) for v in ecef_from_geodetic(lat_rad, lon_rad, alt_m)]
         rot_ne = rot_ne_at(lat_rad, lon_rad)
-        self._north, self._east = [float(v) for v in rot_ne[0]], [float(v) for v in rot_ne[1]]
+        self._north, self._east, self._down = ([float(v) for v in axis] for axis in rot_ne)
 
     def place(self, lat_rad: float, lon_rad: float) -> tuple[float, float]:
         """North and east [m] of a place at the plane's height."""
@@ -54,18 +56,26 @@ class LocalPlane:
         )
 
     def geodetic(self, north_m: float, east_m: float) -> tuple[float, float]:
-        """Latitude and longitude [rad] of a place of the plane, by Newton's method on ``place``."""
-        lat, lon = self.lat_rad, self.lon_rad
-        for _ in range(6):
-            x, y = self.place(lat, lon)
-            meridian, normal = (float(r) for r in radii_of_curvature(lat))
-            # East of the plane's origin the local north is turned by the convergence of the meridians.
-            turned = (lon - self.lon_rad) * math.sin(self.lat_rad)
-            dn, de = north_m - x, east_m - y
-            dn, de = dn * math.cos(turned) - de * math.sin(turned), dn * math.sin(turned) + de * math.cos(turned)
-            lat += dn / (meridian + self.alt_m)
-            lon += de / ((normal + self.alt_m) * math.cos(lat))
+        """Latitude and longitude [rad] of a place of the plane, at the plane's height.
+
+        The place is where the perpendicular of the plane meets the surface of constant height; each pass moves along
+        it by the height that is missing.
+        """
+        up = [-d for d in self._down]
+        above = 0.0
+        for _ in range(8):
+            point = [
+                o + north_m * n + east_m * e + above * u
+                for o, n, e, u in zip(self._origin, self._north, self._east, up, strict=True)
+            ]
+            lat, lon, alt = (float(v) for v in geodetic_from_ecef(np.array(point)))
+            above += self.alt_m - alt
         return lat, lon
+
+    def north_at(self, lat_rad: float, lon_rad: float) -> float:
+        """Direction of local north in the plane [rad], clockwise from the plane's north: none at its origin."""
+        north, east = self.motion(lat_rad, lon_rad, 1.0, 0.0)[2:]
+        return math.atan2(east, north)
 
 
 class Place(NamedTuple):
@@ -294,3 +304,34 @@ def _leaf(pen: _Pen, side_m: float, label: tuple[int, int, bool, float]) -> None
 def length_of(elements: Sequence[Element]) -> float:
     """Length of a path [m]."""
     return math.fsum(element.length_m for element in elements)
+
+
+POLE_M = 1000.0
+"""Nearer to a pole, headings and longitudes turn too fast for the rates of log and field."""
+
+POLAR_RAD = math.radians(80.0)
+
+
+def check_pole(elements: Sequence[Element], plane: LocalPlane) -> None:
+    """A path must keep its distance from the poles, where heading and longitude have no meaning.
+
+    Raises
+    ------
+    RequestError
+        If it does not.
+    """
+    if abs(plane.lat_rad) < POLAR_RAD:
+        return
+    north, east = plane.place(math.copysign(0.5 * math.pi, plane.lat_rad), 0.0)
+    step = 0.1 * POLE_M
+    nearest = math.inf
+    for element in elements:
+        for i in range(math.ceil(element.length_m / step) + 1):
+            place = element.at(min(i * step, element.length_m))
+            nearest = min(nearest, math.hypot(place.north_m - north, place.east_m - east))
+    if nearest < POLE_M:
+        msg = (
+            f"start: the path comes within {nearest:.0f} m of the pole, where headings have no meaning; allowed: "
+            f"{POLE_M:g} m or more"
+        )
+        raise RequestError(msg)

@@ -9,11 +9,13 @@ import numpy as np
 
 from magsim.aircraft.facts import Facts
 from magsim.earth.wgs84 import radii_of_curvature
+from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
-from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order
+from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, wrap
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
 from magsim.flight.patterns import Element, LocalPlane
-from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, Plant, Setup
+from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, FlightTroubleError, Plant, Setup
+from magsim.flight.watch import Watch
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import PatternBase
 from magsim.terrain import Ground
@@ -55,6 +57,10 @@ class Log:
             rate_b=rate_e - rotate_back(rot_nb_from_attitude(attitude), turning_n),
             reference_b=np.array(cg_b),
         )
+
+    def wind(self) -> np.ndarray:
+        """The wind that was flown, north, east, down, (n, 3) [m/s]."""
+        return np.stack([self["wind_north"], self["wind_east"], self["wind_down"]], axis=-1)
 
     def controls(self) -> dict[str, np.ndarray]:
         """Deflections [rad] by the right-hand rule about +y, for the rudder about +z; the flaps stay up."""
@@ -100,6 +106,8 @@ class Pilot:
         Trains at given times of the plant, for calibration.
     ground : Ground, optional
         Below the path; without it, or where it is level, it stays as the plant began.
+    watch : Watch, optional
+        Ends the flight when controls saturate or a leg is missed.
     """
 
     def __init__(
@@ -115,6 +123,7 @@ class Pilot:
         pattern: PatternBase | None = None,
         sweeps: Sequence[Sweep] = (),
         ground: Ground | None = None,
+        watch: Watch | None = None,
     ) -> None:
         self._ground = None if ground is None or ground.level else ground
         self._below: list[float] = []
@@ -132,6 +141,8 @@ class Pilot:
         self._seen = 0
         self._legs = 0
         self._ordered: Order | None = None
+        self._watch, self._gusts = watch, GustHands(setup.weather)
+        self._turned = self._convergence()
 
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
         """Fly until ``done`` says so; ``tick`` is called after every tick of the guidance."""
@@ -148,7 +159,7 @@ class Pilot:
         return Log(np.arange(len(table)) / self._log_hz, table)
 
     def _guide(self) -> None:
-        value, time = self.plant.value, self.plant.time_s
+        value, time, guidance = self.plant.value, self.plant.time_s, self.guidance
         if self._ground is not None:
             if not self._below:
                 self._below = self._look_ahead(self._ground)
@@ -157,10 +168,18 @@ class Pilot:
         self._start_sweeps(time)
         if self._flying:
             self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
-        motion = Motion(*place, value("heading"), value("airspeed"))
-        order = self.guidance.step(time, motion, self._flying)
-        self._plan_legs(self.guidance.crossings)
-        self._give(order)
+        # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
+        turned = wrap(math.atan2(place[3], place[2]) - math.atan2(value("v_east"), value("v_north")))
+        turning, self._turned = wrap(turned - self._turned), turned
+        motion = Motion(*place, value("heading") + turned, value("airspeed"))
+        order = guidance.step(time, motion, self._flying)
+        if self._watch is not None:
+            self._look()
+        self._plan_legs(guidance.crossings)
+        for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
+            self.plant.command(name, setting)
+        # The set point stands still for a tick while north turns: give it the turn of half a tick.
+        self._give(order, order.heading - turned - 0.5 * turning)
 
     def _look_ahead(self, ground: Ground) -> list[float]:
         """Height of the ground [m] at the middle of each of the next ticks, the last one first."""
@@ -172,10 +191,25 @@ class Pilot:
         lon = value("lon") + east / ((normal + value("alt")) * math.cos(value("lat")))
         return ground.height(lat, lon).tolist()
 
-    def _give(self, order: Order) -> None:
-        """Write what has changed."""
+    def _convergence(self) -> float:
+        """Angle [rad] from local north to the plane's north, clockwise, by the motion over ground."""
+        value = self.plant.value
+        north, east = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))[2:]
+        return wrap(math.atan2(east, north) - math.atan2(value("v_east"), value("v_north")))
+
+    def _look(self) -> None:
+        """End a flight that has gone wrong."""
+        watch, plant, guidance = self._watch, self.plant, self.guidance
+        trouble = watch.controls(plant.row)
+        if not trouble and guidance.crossings:
+            trouble = watch.line(self.path[guidance.index], guidance.off_m)
+        if trouble:
+            raise FlightTroubleError(trouble, plant.row, plant.time_s)
+
+    def _give(self, order: Order, heading: float) -> None:
+        """Write what has changed, and the heading from local north."""
         command, old = self.plant.command, self._ordered
-        command("ap/heading-rad", order.heading)
+        command("ap/heading-rad", heading % (2.0 * math.pi))
         if old is None or order.bank != old.bank:
             command("ap/bank-rad", order.bank)
         if old is None or (order.hold_heading, order.hold_yaw, order.hold_height) != (
@@ -192,6 +226,9 @@ class Pilot:
         """Plan the trains of a leg when it has been entered."""
         while self._seen < len(crossings):
             crossing = crossings[self._seen]
+            if self._seen == 0:
+                # Gusts count from the first row, on JSBSim's clock.
+                self._gusts.begin(first_row_s(crossing.time_s, self._log_hz), self.plant.clock_s - self.plant.time_s)
             self._seen += 1
             element = self.path[crossing.index]
             if self._pattern is None or element.turn:
@@ -216,6 +253,11 @@ class Pilot:
             command(names["ease-out-s"], max(sweep.ease_out_s, 1e-3))
             command(names["start-s"], sweep.start_s + offset)
             self._flying.append(sweep)
+
+
+def first_row_s(crossed_s: float, log_hz: int) -> float:
+    """Time of the first recorded row: the row of the log that is next to the entry of the path."""
+    return round(crossed_s * log_hz) / log_hz
 
 
 def on_clock(sweep: Sweep, zero_s: float) -> Sweep:

@@ -18,16 +18,19 @@ from magsim.aircraft.facts import Facts, TurbopropEngine
 from magsim.earth.wgs84 import radii_of_curvature
 from magsim.errors import DataError, RequestError
 from magsim.flight.aero import derivatives, inertia
+from magsim.flight.air import CALM, Weather, weather_xml
 from magsim.flight.autopilot import INPUTS, Sine
 from magsim.flight.engines import lever_of, settling_time
-from magsim.flight.model import write_model
+from magsim.flight.model import STILL_AIR, write_model
 from magsim.units import FT, LBF, RHO0, SLUG_FT3
 
-INTEGRATORS = {"rate/rotational": 9, "position/rotational": 9, "rate/translational": 3, "position/translational": 4}
-"""JSBSim's integrators: 9 is Adams-Bashforth of fifth order, 3 of second, 4 of third.
+INTEGRATORS = {"rate/rotational": 4, "position/rotational": 7, "rate/translational": 3, "position/translational": 4}
+"""JSBSim's integrators: 3 is Adams-Bashforth of second order, 4 of third, 7 is Buss's augmented second-order step.
 
 JSBSim's defaults for rotation are Euler's rule, which is wrong by degrees after half a minute of tumbling
-(NESC check case Atmos_02). Wind changes the forces too fast for more than the default orders of translation to help.
+(NESC check case Atmos_02). More than third order does not help either: turbulence changes the moments from step to
+step, and Adams-Bashforth of fifth order for both groups makes of that a zigzag of the attitude that a log below the
+step rate cannot follow, four times larger than with these two.
 A small aircraft, whose rotation is damped within a few steps, bears less order there: see ``integrators_for``.
 """
 
@@ -60,16 +63,16 @@ CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("alpha", "aero/alpha-rad", 1.0),
     ("beta", "aero/beta-rad", 1.0),
     ("contact", "gear/wow", 1.0),
+    ("throttle", "fcs/throttle-pos-norm", 1.0),
+    ("wind_north", "atmosphere/total-wind-north-fps", FT),
+    ("wind_east", "atmosphere/total-wind-east-fps", FT),
+    ("wind_down", "atmosphere/total-wind-down-fps", FT),
 )
 """Logged quantities: name, JSBSim's property, factor to SI."""
 
 TO_SI = np.array([factor for _, _, factor in CHANNELS])
 
 COLUMN = {name: i for i, (name, _, _) in enumerate(CHANNELS)}
-
-TURBULENCE_TUSTIN = 4
-TURBULENCE_WIND_MPS = {0: 0.0, 1: 7.7, 2: 7.7, 3: 7.7, 4: 15.4, 5: 15.4, 6: 23.2, 7: 23.2}
-"""Wind at 20 ft of light, moderate and severe turbulence: 15, 30, 45 kt (MIL-F-8785C, 3.7.2)."""
 
 
 @dataclass(frozen=True)
@@ -94,11 +97,11 @@ class Setup:
         True airspeed.
     wind_mps : (float, float)
         The motion of the air to north and to east.
-    turbulence_severity : int
-    turbulence_seed : int
     step_hz : int
     ground_m : float
         Height of the ground above the ellipsoid there.
+    weather : Weather
+        What the air does beside its steady wind.
     """
 
     lat_rad: float
@@ -107,10 +110,9 @@ class Setup:
     course: float
     speed_mps: float
     wind_mps: tuple[float, float] = (0.0, 0.0)
-    turbulence_severity: int = 0
-    turbulence_seed: int = 1
     step_hz: int = 120
     ground_m: float = 0.0
+    weather: Weather = CALM
 
 
 def ground_speed(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
@@ -167,15 +169,17 @@ def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
     return INTEGRATORS | {"rate/rotational": order}
 
 
-def load(facts: Facts, step_hz: int, *, twin: bool = False) -> jsbsim.FGFDMExec:
+def load(facts: Facts, step_hz: int, *, twin: bool = False, air_xml: str = STILL_AIR) -> jsbsim.FGFDMExec:
     """A fresh instance of an aircraft's flight model, or of its twin with direct thrust, for trim and linearization.
 
     Its step rate is set before its filters are built.
+
+    ``air_xml`` is the system of shear and gusts; without it the air has neither.
     """
     silence()
     with tempfile.TemporaryDirectory(prefix="magsim-") as name:
         folder = Path(name).resolve()
-        write_model(facts, folder, "aircraft", twin=twin)
+        write_model(facts, folder, "aircraft", twin=twin, air_xml=air_xml)
         return load_from(folder, "aircraft", 1.0 / step_hz, integrators_for(facts, step_hz))
 
 
@@ -253,7 +257,7 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     trimmed = trim(facts, setup)
     heading = crab_heading(setup.speed_mps, setup.course, setup.wind_mps)
     north, east = setup.wind_mps
-    fdm = load(facts, setup.step_hz)
+    fdm = load(facts, setup.step_hz, air_xml=weather_xml(setup.weather, setup.wind_mps))
     settling_s = settling_time(facts.engine)
     _initial_place(fdm, _earlier(setup, settling_s))
     fdm["ic/phi-rad"] = trimmed.roll
@@ -263,7 +267,7 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     fdm["ic/ve-fps"] = (setup.speed_mps * math.sin(heading) + east) / FT
     fdm["ic/vd-fps"] = 0.0
     fdm["propulsion/fuel_freeze"] = 1.0
-    fdm["simulation/randomseed"] = setup.turbulence_seed
+    fdm["simulation/randomseed"] = setup.weather.seed
     fdm.run_ic()
     for name, value in trimmed.commands.items():
         fdm[name] = value
@@ -278,12 +282,8 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     fdm["ap/on"] = 1.0
     fdm["atmosphere/wind-north-fps"] = north / FT
     fdm["atmosphere/wind-east-fps"] = east / FT
-    if setup.turbulence_severity:
-        fdm["atmosphere/randomseed"] = setup.turbulence_seed
-        wind = TURBULENCE_WIND_MPS[setup.turbulence_severity]
-        fdm["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = wind / FT
-        fdm["atmosphere/turbulence/milspec/severity"] = setup.turbulence_severity
-        fdm["atmosphere/turb-type"] = TURBULENCE_TUSTIN
+    for name, value in setup.weather.turbulence_properties().items():
+        fdm[name] = value
     for _ in range(round(settling_s * setup.step_hz)):
         fdm.run()
     return fdm
@@ -321,7 +321,7 @@ class Plant:
         self._steps = 0
         manager = self._fdm.get_property_manager()
         self._readers = [_node(manager, name).get_double_value for _, name, _ in CHANNELS]
-        self._writers = {name: _node(manager, name).set_double_value for name in _writable()}
+        self._writers = {name: _node(manager, name).set_double_value for name in (*_writable(), *setup.weather.inputs)}
         self._outside = _envelope(facts)
         self._set_ground = _node(manager, "position/terrain-elevation-asl-ft").set_double_value
         self._floor_ft = setup.ground_m / FT

@@ -19,6 +19,7 @@ from magsim import assets, config
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.config import Problems, Strict
 from magsim.errors import RequestError
+from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts, check_wind
 from magsim.scenario.base import aircraft_of
 from magsim.scenario.instruments import FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
 from magsim.scenario.patterns import (
@@ -30,7 +31,7 @@ from magsim.scenario.patterns import (
     check_fit,
     check_loads,
 )
-from magsim.scenario.physics import Air, Earth, Eddy, Field_, Part
+from magsim.scenario.physics import Earth, Eddy, Field_, Part
 from magsim.scenario.start import FlightSettings, Start
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
 from magsim.scenario.track import Track, check_track
@@ -50,12 +51,16 @@ __all__ = [
     "FluxgateSensor",
     "FractalTerrain",
     "GridTerrain",
+    "Gust",
     "Ins",
+    "LinearShear",
     "LoadedScenario",
+    "LogShear",
     "Part",
     "Pattern",
     "PatternBase",
     "Radar",
+    "RandomGusts",
     "RecordingSettings",
     "ScalarSensor",
     "Scenario",
@@ -120,6 +125,14 @@ class Scenario(Strict):
             text = "a radar altimeter needs the ground; allowed: with a table [terrain], for example kind = 'flat'"
             raise Problems(("radar", text))
         return sensors
+    @field_validator("air")
+    @classmethod
+    def _slower_than_flight(cls, air: Air, info: ValidationInfo) -> Air:
+        start = info.data.get("start")
+        found = [*check_wind(air, start)] if start else []
+        if found:
+            raise Problems(*found)
+        return air
 
     @field_validator("recording")
     @classmethod

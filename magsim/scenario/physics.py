@@ -1,18 +1,10 @@
-"""The air, and which parts of the field are on."""
+"""Which parts of the field are on."""
 
 from typing import Literal
 
 from pydantic import Field
 
 from magsim.config import Strict
-
-
-class Air(Strict):
-    """Wind and turbulence."""
-
-    wind_north_mps: float = Field(default=0.0, ge=-30.0, le=30.0, description="where the air moves to: north")
-    wind_east_mps: float = Field(default=0.0, ge=-30.0, le=30.0, description="where the air moves to: east")
-    turbulence_severity: int = Field(default=0, ge=0, le=7, description="MIL-F-8785C severity, Tustin form")
 
 
 class Earth(Strict):

@@ -11,7 +11,7 @@ from magsim.scenario.base import aircraft_of
 class Start(Strict):
     """Where and when the first recorded row is flown."""
 
-    lat_deg: float = Field(ge=-89.0, le=89.0, description="WGS-84 latitude")
+    lat_deg: float = Field(ge=-90.0, le=90.0, description="WGS-84 latitude; the path must stay 1 km from a pole")
     lon_deg: float = Field(ge=-180.0, le=180.0, description="WGS-84 longitude")
     alt_m: float = Field(gt=0.0, description="height above the WGS-84 ellipsoid")
     speed_mps: float = Field(gt=0.0, description="true airspeed, held during the flight")
@@ -52,9 +52,16 @@ class Start(Strict):
 class FlightSettings(Strict):
     """How the flight model is run."""
 
-    step_hz: int = Field(default=120, ge=60, le=480, multiple_of=60, description="step rate of JSBSim")
+    step_hz: int = Field(default=120, ge=60, le=960, multiple_of=60, description="step rate of JSBSim")
     log_hz: int = Field(default=30, ge=10, le=240, description="log rate of the trajectory; divides step_hz")
     warmup_s: float = Field(default=60.0, ge=30.0, le=600.0, description="flown and thrown away before row 0")
+    leg_tolerance_m: float = Field(default=300.0, gt=0.0, description="a leg flown farther from its line is missed")
+    surface_saturation_s: float = Field(
+        default=3.0, gt=0.0, description="elevator, aileron or rudder at a stop for longer ends the flight"
+    )
+    throttle_saturation_s: float = Field(
+        default=30.0, gt=0.0, description="full or idle throttle for longer ends the flight"
+    )
 
     @field_validator("log_hz")
     @classmethod

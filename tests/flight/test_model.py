@@ -44,5 +44,6 @@ def test_the_model_is_written_nowhere_else(cessna: Aircraft, tmp_path) -> None:
         "aircraft/cessna/cessna.xml",
         "engine/engine.xml",
         "engine/thruster.xml",
+        "systems/air.xml",
         "systems/survey_autopilot.xml",
     ]

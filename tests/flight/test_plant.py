@@ -8,6 +8,7 @@ import pytest
 
 from magsim.aircraft import Aircraft
 from magsim.errors import DataError
+from magsim.flight.air import Weather
 from magsim.flight.autopilot import Sine
 from magsim.flight.maneuvers import Sweep
 from magsim.flight.plant import (
@@ -127,7 +128,7 @@ def test_wind_is_met_from_the_first_moment(cessna: Aircraft, course_deg: float) 
 
 def test_turbulence_belongs_to_its_seed(cessna: Aircraft) -> None:
     def rolled(seed: int, severity: int = 3) -> list[float]:
-        plant = Plant(cessna.facts, Setup(0.3, 2.0, 3000.0, 1.0, 75.0, (0.0, 0.0), severity, seed))
+        plant = Plant(cessna.facts, Setup(0.3, 2.0, 3000.0, 1.0, 75.0, weather=Weather(severity=severity, seed=seed)))
         return [plant.run(12)[6] for _ in range(50)]
 
     first = rolled(7)

@@ -109,6 +109,6 @@ def test_attitude_follows_every_reference_simulation(flown: np.ndarray) -> None:
 
 def test_the_case_tells_integrators_apart(tmp_path: Path) -> None:
     # JSBSim's own choice for rotation, Euler's rule, must fail this case by degrees (JSBSim pull request 1453).
-    assert INTEGRATORS["rate/rotational"] == INTEGRATORS["position/rotational"] == 9
+    assert (INTEGRATORS["rate/rotational"], INTEGRATORS["position/rotational"]) == (4, 7)
     euler = tumble(tmp_path, {"rate/rotational": 1, "position/rotational": 1})
     assert 2.0 < departure_deg(euler[-1, :3], np.array([-56.151307597, -3.81965492, -4.289355039])) < 3.0
