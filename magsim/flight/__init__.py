@@ -96,7 +96,7 @@ def fly(
         response=response,
         pattern=scenario.pattern,
         ground=ground,
-        watch=Watch(aircraft.facts, scenario.flight, 1.0 / TICK_HZ),
+        watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
     )
     expected_s = warmup_s + _flying_time(scenario, path) + MARGIN_S
     tick = None if progress is None else _progress(progress, expected_s)

@@ -11,6 +11,11 @@ from magsim.scenario import FlightSettings
 STOP_PART = 1e-3
 """A control within this part of its travel from a stop is at the stop."""
 
+SPEED_PART = 0.03
+"""An airspeed within this part of the one that was asked is held."""
+
+AIRSPEED = COLUMN["airspeed"]
+
 
 class Watch:
     """Looks at controls and at the distance from the line.
@@ -20,11 +25,13 @@ class Watch:
     facts : Facts
     settings : FlightSettings
         What is too far and too long.
+    speed_mps : float
+        Airspeed that is asked.
     tick_s : float
         Time between two looks.
     """
 
-    def __init__(self, facts: Facts, settings: FlightSettings, tick_s: float) -> None:
+    def __init__(self, facts: Facts, settings: FlightSettings, speed_mps: float, tick_s: float) -> None:
         self._limit_m, self._tick_s = settings.leg_tolerance_m, tick_s
         controls = facts.controls
         travels = {name: getattr(controls, name).travel.value for name in ("elevator", "aileron", "rudder")}
@@ -36,13 +43,18 @@ class Watch:
             index, margin = COLUMN[name], STOP_PART * (high - low)
             factor = float(TO_SI[index])
             self._checks.append((name, index, (low + margin) / factor, (high - margin) / factor, allowed[name]))
+        speed = speed_mps / float(TO_SI[AIRSPEED])
+        self._slow, self._fast = (1.0 - SPEED_PART) * speed, (1.0 + SPEED_PART) * speed
         self._ticks = [0] * len(self._checks)
 
     def controls(self, row: list[float]) -> str:
-        """What is wrong with the controls at a row of the plant, or nothing."""
-        ticks = self._ticks
+        """What is wrong with the controls at a row of the plant, or nothing.
+
+        Full or idle throttle is nothing wrong as long as the airspeed is held.
+        """
+        ticks, slow, fast = self._ticks, self._slow, self._fast
         for i, (name, index, low, high, allowed_s) in enumerate(self._checks):
-            if low < row[index] < high:
+            if low < row[index] < high or (name == "throttle" and slow < row[AIRSPEED] < fast):
                 ticks[i] = 0
                 continue
             ticks[i] += 1

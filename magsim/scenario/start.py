@@ -60,7 +60,9 @@ class FlightSettings(Strict):
         default=3.0, gt=0.0, description="elevator, aileron or rudder at a stop for longer ends the flight"
     )
     throttle_saturation_s: float = Field(
-        default=30.0, gt=0.0, description="full or idle throttle for longer ends the flight"
+        default=30.0,
+        gt=0.0,
+        description="full or idle throttle for longer, with the airspeed off by 3 %, ends the flight",
     )
 
     @field_validator("log_hz")
