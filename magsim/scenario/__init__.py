@@ -125,6 +125,7 @@ class Scenario(Strict):
             text = "a radar altimeter needs the ground; allowed: with a table [terrain], for example kind = 'flat'"
             raise Problems(("radar", text))
         return sensors
+
     @field_validator("air")
     @classmethod
     def _slower_than_flight(cls, air: Air, info: ValidationInfo) -> Air:

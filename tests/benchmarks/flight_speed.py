@@ -1,0 +1,176 @@
+"""What a flight costs beside a bare JSBSim run, how two processes share it, and what its rates leave out.
+
+Run ``python tests/benchmarks/flight_speed.py [--json] [--repeat N] [--flights N]``.
+
+``cpu_over_bare_jsbsim``: CPU time of the whole flight half with its log over a bare run of the same model, rate and
+length, side by side. ``two_process_scaling``: flights a second of two spawned processes over those of one.
+``interpolation_error_deg``: attitude between the rows of a 30 Hz log against a log of every step, in turbulence of
+severity 3. ``rate_convergence_deg``: attitude at 120 Hz against 960 Hz over 100 s of maneuvers. ``memory_growth_mb``:
+resident memory after many short flights in one process, over that after the first tenth of them; 1000 of them with
+``--flights 1000``.
+"""
+
+import argparse
+import math
+import multiprocessing
+import statistics
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import numpy as np
+
+from magsim.aircraft import Aircraft
+from magsim.flight import bare_run, fly
+from magsim.flight.air import Weather
+from magsim.flight.maneuvers import UNITY, Sweep
+from magsim.flight.patterns import LocalPlane, path_of
+from magsim.flight.pilot import Pilot
+from magsim.flight.plant import Setup
+from magsim.scenario import Box, LoadedScenario, Scenario, load_scenario
+from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
+
+AIRCRAFT = "c208b"
+STRAIGHT = Setup(lat_rad=0.29, lon_rad=1.97, alt_m=3000.0, course=0.0, speed_mps=75.0)
+TRAINS = (("pitch", 5.0, 10.0), ("roll", 10.0, 33.0), ("yaw", 5.0, 56.0))
+"""Axis, amplitude [deg] and start [s] of the maneuvers of the comparison of rates: a figure-of-merit set, 5 s each."""
+
+
+def cpu_s(work: object) -> float:
+    """CPU seconds of this process that a call takes."""
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+def speed_rows(loaded: LoadedScenario, repeat: int) -> list[Row]:
+    """CPU time of a flight beside a bare run, in turn."""
+    carrier = fly(loaded.scenario, loaded.aircraft).carrier
+    duration_s = loaded.scenario.flight.warmup_s + float(carrier.time_s[-1])
+    pairs = []
+    for _ in range(repeat):
+        bare = cpu_s(lambda: bare_run(loaded.scenario, loaded.aircraft, duration_s))
+        pairs.append((cpu_s(lambda: fly(loaded.scenario, loaded.aircraft)), bare))
+    flown, bare = (statistics.median(pair[i] for pair in pairs) for i in (0, 1))
+    return [
+        at_most("cpu_over_bare_jsbsim", statistics.median(a / b for a, b in pairs), "1", 1.4),
+        stated("simulated_s_per_cpu_s", duration_s / flown, "1"),
+        stated("bare_simulated_s_per_cpu_s", duration_s / bare, "1"),
+    ]
+
+
+def _work(name: str, seconds: float, barrier: object, out: object) -> None:
+    """Fly again and again for a time; tell the flights a second of this process."""
+    loaded = load_scenario(name)
+    fly(loaded.scenario, loaded.aircraft)
+    barrier.wait()
+    start, count = time.perf_counter(), 0
+    while time.perf_counter() - start < seconds:
+        fly(loaded.scenario, loaded.aircraft)
+        count += 1
+    out.put(count / (time.perf_counter() - start))
+
+
+def throughput(name: str, processes: int, seconds: float) -> float:
+    """Flights a second of some spawned processes together."""
+    context = multiprocessing.get_context("spawn")
+    barrier, out = context.Barrier(processes), context.Queue()
+    workers = [context.Process(target=_work, args=(name, seconds, barrier, out)) for _ in range(processes)]
+    for worker in workers:
+        worker.start()
+    told = math.fsum(out.get() for _ in workers)
+    for worker in workers:
+        worker.join()
+    return told
+
+
+def scaling(name: str, repeat: int) -> float:
+    """Median of two processes over one, in turn."""
+    return statistics.median(throughput(name, 2, 8.0) / throughput(name, 1, 8.0) for _ in range(repeat))
+
+
+def pilot_of(aircraft: Aircraft, setup: Setup, log_hz: int, sweeps: list[Sweep]) -> Pilot:
+    """A pilot on a small box around the plane's origin."""
+    path = path_of(Box(leg_m=6000.0), math.degrees(setup.course), setup.speed_mps, 4.0)
+    plane = LocalPlane(setup.lat_rad, setup.lon_rad, setup.alt_m)
+    return Pilot(
+        aircraft.facts, setup, plane=plane, path=path, along_m=0.0, log_hz=log_hz, response=UNITY, sweeps=sweeps
+    )
+
+
+def attitude(aircraft: Aircraft, setup: Setup, log_hz: int, duration_s: float, sweeps: list[Sweep]) -> np.ndarray:
+    """Roll, pitch, heading [rad] of a flight, (n, 3)."""
+    log = pilot_of(aircraft, setup, log_hz, sweeps).fly(lambda pilot: pilot.plant.time_s >= duration_s)
+    return log.trajectory(aircraft.facts.cg_b).attitude
+
+
+def interpolation_error_deg(aircraft: Aircraft, log_hz: int, seeds: int = 3) -> float:
+    """Largest difference between a moderate log's interpolant and the log of every step."""
+    worst = 0.0
+    for seed in range(1, seeds + 1):
+        setup = replace(STRAIGHT, weather=Weather(severity=3, seed=seed))
+        pilot = pilot_of(aircraft, setup, setup.step_hz, [])
+        full = pilot.fly(lambda pilot: pilot.plant.time_s >= 120.0).trajectory(aircraft.facts.cg_b)
+        every = setup.step_hz // log_hz
+        moderate = type(full)(
+            *(getattr(full, name)[::every] for name in ("time_s", "lat_rad", "lon_rad", "alt_m")),
+            *(getattr(full, name)[::every] for name in ("velocity_n", "attitude", "rate_b")),
+        )
+        inner = (full.time_s > 1.0) & (full.time_s < moderate.time_s[-1] - 1.0)
+        found = moderate.at(full.time_s[inner]).attitude
+        worst = max(worst, float(np.degrees(np.abs(found - full.attitude[inner]).max())))
+    return worst
+
+
+def rate_convergence_deg(aircraft: Aircraft) -> float:
+    """Largest difference of attitude between 120 and 960 Hz over 100 s of maneuvers and a turn."""
+    sweeps = [Sweep(axis, 1, 1, start, 5.0, 3, size, 2.5, 2.5) for axis, size, start in TRAINS]
+    coarse, fine = (attitude(aircraft, replace(STRAIGHT, step_hz=hz), 30, 100.0, sweeps) for hz in (120, 960))
+    return float(np.degrees(np.abs(coarse - fine).max()))
+
+
+def resident_mb() -> float:
+    """Resident memory of this process [MB], where the system tells it."""
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
+    return int(pages) * 4096 / 1e6
+
+
+def memory_growth_mb(loaded: LoadedScenario, flights: int) -> float:
+    """Growth of memory from the first tenth of many short flights to the last."""
+    raw = loaded.scenario.model_dump(by_alias=True)
+    raw["pattern"] = {"kind": "box", "leg_m": 500.0, "lead_s": 0.0}
+    raw["flight"] = raw["flight"] | {"warmup_s": 30.0}
+    short = Scenario.model_validate(raw, context={"aircraft": loaded.aircraft})
+    before = 0.0
+    for count in range(1, flights + 1):
+        fly(short, loaded.aircraft)
+        if count == max(1, flights // 10):
+            before = resident_mb()
+    return resident_mb() - before
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else")
+    parser.add_argument("--scenario", default="calibration_c208b")
+    parser.add_argument("--repeat", type=int, default=5, help="pairs of runs of which the medians are taken")
+    parser.add_argument("--flights", type=int, default=50, help="short flights for the memory row")
+    arguments = parser.parse_args()
+
+    loaded = load_scenario(arguments.scenario)
+    rows = speed_rows(loaded, arguments.repeat)
+    rows.append(at_least("two_process_scaling", scaling(arguments.scenario, max(1, arguments.repeat // 2)), "1", 1.8))
+    error = interpolation_error_deg(loaded.aircraft, loaded.scenario.flight.log_hz)
+    rows.append(at_most("interpolation_error_deg", error, "deg", 0.002))
+    rows.append(at_most("rate_convergence_deg", rate_convergence_deg(loaded.aircraft), "deg", 0.05))
+    if Path("/proc/self/statm").exists():
+        rows.append(at_most("memory_growth_mb", memory_growth_mb(loaded, arguments.flights), "MB", 5.0))
+    finish(rows, as_json=arguments.json)
+
+
+if __name__ == "__main__":
+    main()
