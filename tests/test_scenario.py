@@ -191,7 +191,7 @@ GUST = "{ at_s = 9.0, duration_s = 5.0, north_mps = 18.0 }"
     [
         (
             "wind_north_mps = 60.0\nwind_east_mps = -45.0\n",
-            "air.wind_north_mps: a wind of 75 m/s is no slower than the airspeed of 75 m/s; allowed: together less than",
+            "air.wind_north_mps: a wind of 75 m/s is no slower than the airspeed of 75 m/s; allowed: together less",
         ),
         (
             'wind_east_mps = 70.0\n[air.shear]\nkind = "linear"\neast_per_s = 0.05\n',
