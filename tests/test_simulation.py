@@ -1,6 +1,7 @@
 """How flight, field and sensors meet: with a flight and a field made by hand, then with the real ones."""
 
 import json
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -97,6 +98,23 @@ def test_motion_and_surfaces_are_those_of_the_flight(recording):
     np.testing.assert_allclose(recording["true_heading_deg"], np.degrees(-0.2 + 0.01 * t) % 360.0, atol=1e-9)
     np.testing.assert_allclose(recording["surface_elevator_deg"], np.degrees(0.02 * np.sin(t)), atol=1e-5)
     assert 0.0 < np.abs(recording["ins_roll_deg"] - recording["true_roll_deg"]).max() < 0.1
+
+
+def test_the_wind_is_recorded_where_it_is_known(recording):
+    assert not any("wind" in name for name in recording.data)
+    quiet = flight()
+    time = quiet.carrier.time_s
+    air = replace(quiet, wind_n=np.stack([3.0 + 0.1 * time, -2.0 + 0.0 * time, 0.5 * np.sin(time)], axis=1))
+    blown = record(loaded(), air, truth())
+    np.testing.assert_allclose(blown["true_wind_n_mps"], 3.0 + 0.1 * blown.time_s, atol=1e-12)
+    np.testing.assert_allclose(blown["true_wind_e_mps"], -2.0)
+    np.testing.assert_allclose(blown["true_wind_d_mps"], 0.5 * np.sin(blown.time_s), atol=1e-12)
+    assert {columns.role_of(f"true_wind_{axis}_mps") for axis in "ned"} == {"truth"}
+    # Nothing else changes, and a compensator does not see it.
+    assert {name for name in blown.data if "wind" not in name} == set(recording.data)
+    assert not any("wind" in name for name in blown.labeled().data)
+    with pytest.raises(ValueError, match="wind_n has shape"):
+        replace(quiet, wind_n=np.zeros((3, 3)))
 
 
 def test_segments_and_split(recording):

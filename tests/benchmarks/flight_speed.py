@@ -34,7 +34,8 @@ from magsim.flight.plant import Setup
 from magsim.scenario import Box, LoadedScenario, Scenario, load_scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
-AIRCRAFT = "c208b"
+MEMORY = Path("/proc/self/statm")
+"""Where Linux tells the memory of a process, in pages."""
 STRAIGHT = Setup(lat_rad=0.29, lon_rad=1.97, alt_m=3000.0, course=0.0, speed_mps=75.0)
 TRAINS = (("pitch", 5.0, 10.0), ("roll", 10.0, 33.0), ("yaw", 5.0, 56.0))
 """Axis, amplitude [deg] and start [s] of the maneuvers of the comparison of rates: a figure-of-merit set, 5 s each."""
@@ -140,7 +141,7 @@ def rate_convergence_deg(aircraft: Aircraft) -> float:
 
 def resident_mb() -> float:
     """Resident memory of this process [MB], where the system tells it."""
-    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
+    pages = MEMORY.read_text(encoding="ascii").split()[1]
     return int(pages) * 4096 / 1e6
 
 
@@ -174,7 +175,7 @@ def main() -> None:
     error = interpolation_error_deg(loaded.aircraft, loaded.scenario.flight.log_hz)
     rows.append(at_most("interpolation_error_deg", error, "deg", 0.002))
     rows.append(at_most("rate_convergence_deg", rate_convergence_deg(loaded.aircraft), "deg", 0.05))
-    if Path("/proc/self/statm").exists():
+    if MEMORY.exists():
         rows.append(at_most("memory_growth_mb", memory_growth_mb(loaded, arguments.flights), "MB", 5.0))
     finish(rows, as_json=arguments.json)
 
