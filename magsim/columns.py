@@ -26,7 +26,7 @@ DIRECTIONS = ("n", "e", "d")
 INS_ANGLES = ("roll", "pitch", "heading", "lat", "lon")
 """Angles of ``ins_{angle}_deg`` and ``true_{angle}_deg``: attitude, then WGS-84 position."""
 
-MANEUVERS = {0: "none", 1: "pitch", 2: "roll", 3: "yaw"}
+MANEUVERS = {0: "none", 1: "pitch", 2: "roll", 3: "yaw", 4: "combined"}
 SPLITS = {0: "train", 1: "valid", 2: "test"}
 
 
@@ -119,9 +119,10 @@ TRUE_WIND = Family(
 
 CIRCUIT = Family("circuit", "segment", "1", "", "Number of the circuit, from 1")
 LEG = Family("leg", "segment", "1", "", "Number of the leg within its circuit, from 1")
-TURN = Family("turn", "segment", "1", "", "1 in the turn that follows the leg, else 0")
+TURN = Family("turn", "segment", "1", "", "1 in the turn that follows the leg and in transits, else 0")
+TRANSIT = Family("transit", "segment", "1", "", "1 in a transit from one pattern to the next, else 0")
 LEG_HEADING = Family("leg_heading_deg", "segment", "deg", "", "Planned course of the leg, clockwise from north")
-MANEUVER = Family("maneuver", "segment", "1", "", "0 none, 1 pitch, 2 roll, 3 yaw")
+MANEUVER = Family("maneuver", "segment", "1", "", "0 none, 1 pitch, 2 roll, 3 yaw, 4 combined")
 CYCLE = Family("cycle", "segment", "1", "", "Number of the maneuver's cycle from 1, 0 outside maneuvers")
 SPLIT = Family("split", "segment", "1", "", "0 train, 1 valid, 2 test")
 
@@ -150,6 +151,7 @@ FAMILIES: tuple[Family, ...] = (
     CIRCUIT,
     LEG,
     TURN,
+    TRANSIT,
     LEG_HEADING,
     MANEUVER,
     CYCLE,

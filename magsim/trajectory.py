@@ -105,7 +105,7 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Segment:
-    """One leg or the turn that follows it."""
+    """One leg, the turn that follows it, or the transit to the next pattern."""
 
     circuit: int
     leg: int
@@ -115,6 +115,8 @@ class Segment:
     stop_s: float
     length_m: float
     """Distance flown over ground [m]."""
+    transit: bool = False
+    """Whether it leads from one pattern to the next; it is a turn too."""
 
 
 @dataclass(frozen=True)
@@ -131,11 +133,15 @@ class ManeuverFlown:
     asked_deg: float
     """Amplitude, half of peak to peak [deg]."""
     flown_deg: float
-    """Amplitude of the sine fitted to the flown angle [deg]."""
+    """Amplitude of the sine fitted to the flown angle over the middle cycles [deg]."""
     residual_deg: float
     """RMS of what the fitted sine leaves of the flown angle [deg]."""
     off_axis_deg: tuple[float, float]
     """Peak departures of the two other angles from their straight line [deg], in the order roll, pitch, heading."""
+    half_peak_to_peak_deg: float = 0.0
+    """Half of the peak to peak of the flown angle over the middle cycles [deg]."""
+    kind: str = ""
+    """``combined`` where it is one axis of several that swing at once; else its axis."""
 
 
 @dataclass(frozen=True)
@@ -223,8 +229,8 @@ class Flight:
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
         """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.
 
-        These are circuit, leg, turn, leg_heading_deg, maneuver and cycle. Times before the first segment take the
-        first, times after the last take the last.
+        These are circuit, leg, turn, transit, leg_heading_deg, maneuver and cycle. Times before the first segment take
+        the first, times after the last take the last.
         """
         time_s = np.asarray(time_s, dtype=float)
         starts = np.array([s.start_s for s in self.segments])
@@ -233,6 +239,7 @@ class Flight:
             "circuit": np.array([s.circuit for s in self.segments], dtype=float)[index],
             "leg": np.array([s.leg for s in self.segments], dtype=float)[index],
             "turn": np.array([s.turn for s in self.segments], dtype=float)[index],
+            "transit": np.array([s.transit for s in self.segments], dtype=float)[index],
             "leg_heading_deg": np.array([s.heading_deg for s in self.segments])[index],
             "maneuver": np.zeros(len(time_s)),
             "cycle": np.zeros(len(time_s)),
@@ -240,7 +247,8 @@ class Flight:
         codes = {name: code for code, name in columns.MANEUVERS.items()}
         for maneuver in self.maneuvers:
             rows = (time_s >= maneuver.start_s - 1e-9) & (time_s < maneuver.stop_s - 1e-9)
-            out["maneuver"][rows] = codes[maneuver.axis]
+            out["maneuver"][rows] = codes[maneuver.kind or maneuver.axis]
             begun = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
-            out["cycle"][rows] = np.minimum(begun, maneuver.cycles)
+            # Of several axes at once the one that has flown most cycles counts.
+            out["cycle"][rows] = np.maximum(out["cycle"][rows], np.minimum(begun, maneuver.cycles))
         return out

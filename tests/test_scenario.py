@@ -7,7 +7,7 @@ import pytest
 
 from magsim import assets
 from magsim.errors import RequestError
-from magsim.scenario import Scenario, load_scenario
+from magsim.scenario import PatternBase, Scenario, load_scenario, parts_of
 from magsim.units import G0
 
 GOOD = """\
@@ -34,6 +34,9 @@ mount = "cabin_center"
 """
 
 
+BARE = GOOD.replace('[[pattern.maneuvers]]\naxis = "pitch"\namplitude_deg = 5.0\n\n', "")
+
+
 @pytest.fixture
 def write(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -57,14 +60,16 @@ def test_shipped_scenarios_are_sound(name):
     pattern, start = loaded.scenario.pattern, loaded.scenario.start
     assert loaded.name == Path(name).name
     assert loaded.text == (assets.ROOT / "scenarios" / f"{name}.toml").read_text()
-    legs = 4 * pattern.circuits
-    for leg in range(legs):
-        for train in pattern.maneuvers:
-            assert 5.0 <= train.amplitude(leg) <= 15.0
-            if train.axis == "pitch":
-                swing = start.speed_mps * math.radians(train.amplitude(leg)) * 2 * math.pi / train.period(leg) / G0
-                assert 1.0 + swing <= 2.3
-                assert 1.0 - swing >= -0.3
+    for part in (part for part in parts_of(pattern) if isinstance(part, PatternBase)):
+        crew = (-0.3, 2.3) if part.allow_beyond_crew_g else (0.2, 1.8)
+        for leg in range(part.legs * part.circuits):
+            for swing in (swing for train in part.maneuvers for swing in train.swings):
+                assert 2.5 <= swing.amplitude(leg) <= 15.0
+                if swing.axis == "pitch":
+                    rate = math.radians(swing.amplitude(leg)) * 2 * math.pi / swing.period(leg)
+                    load = start.speed_mps * rate / G0
+                    assert crew[0] - 1e-9 <= 1.0 - load
+                    assert 1.0 + load <= crew[1] + 1e-9
 
 
 def test_the_calibration_flight_is_that_of_paper_000():
@@ -141,7 +146,7 @@ def test_maneuvers_must_fit_into_their_leg(write):
     (line,) = problems(write(), "pattern.leg_m=1000")
     assert line == (
         "s.toml:14: pattern.maneuvers: leg 1 needs 39 s for its maneuvers, but a leg of 1000 m takes 13 s at 75 m/s; "
-        "allowed: shorter trains or longer legs"
+        "allowed: leg_m of at least 2930, or shorter trains"
     )
 
 
@@ -153,6 +158,81 @@ def test_loads_are_checked_on_every_leg(write):
         f"s.toml:16: pattern.maneuvers[0].amplitude_deg: 15 deg of pitch in 4 s swings from {1 - swing:.2f} to "
         f"{1 + swing:.2f} g at 75 m/s; allowed for c208b: -1.52 to 3.8 g"
     )
+
+
+def test_what_no_crew_flies_must_be_allowed(write):
+    text = GOOD.replace("= 5.0", "= 5.0\nperiod_s = 5.0")
+    (line,) = problems(write(text))
+    assert line == (
+        "s.toml:16: pattern.maneuvers[0].amplitude_deg: 5 deg of pitch in 5 s swings from 0.16 to 1.84 g at 75 m/s; "
+        "allowed for a crew: 0.2 to 1.8 g (a period of at least 5.3 s, a smaller amplitude, or allow_beyond_crew_g = "
+        "true)"
+    )
+    # V A 2 pi / T = 0.8 g is 5.24 s: the period that is named is allowed, one a tenth below it is not.
+    load_scenario(write(), ["pattern.maneuvers[0].period_s=5.3"])
+    assert problems("s.toml", "pattern.maneuvers[0].period_s=5.2")
+    load_scenario("s.toml", ["pattern.maneuvers[0].period_s=5", "pattern.allow_beyond_crew_g=true"])
+
+
+def test_the_legs_that_are_named_are_long_enough(write):
+    needed = "leg_m of at least 2930"
+    assert needed in problems(write(), "pattern.leg_m=1000")[0]
+    load_scenario(write(), ["pattern.leg_m=2930"])
+    assert problems("s.toml", "pattern.leg_m=2910")
+    (line,) = problems("s.toml", "pattern.kind=cloverleaf", "pattern.leaf_m=3000", "pattern.maneuvers[0].cycles=12")
+    leaf = float(line.split("leaf_m of at least ")[1].split(",")[0])
+    overrides = ["pattern.kind=cloverleaf", "pattern.maneuvers[0].cycles=12"]
+    load_scenario("s.toml", [*overrides, f"pattern.leaf_m={leaf}"])
+    assert problems("s.toml", *overrides, f"pattern.leaf_m={leaf - 20.0}")
+
+
+@pytest.mark.parametrize(
+    ("kind", "heading", "allowed"),
+    [("fom", 45.0, "0, 90, 180, 270"), ("fom_peak_to_peak", 1.0, "0, 90"), ("diamond", 0.0, "45, 135, 225, 315")],
+)
+def test_patterns_of_named_headings_have_them(write, kind, heading, allowed):
+    text = BARE.replace('"box"', f'"{kind}"')
+    (line,) = problems(write(text), f"start.heading_deg={heading}")
+    assert f"the first leg of a {kind} cannot have the course {heading:g} deg" in line
+    assert f"allowed: {allowed}" in line
+
+
+def test_the_two_readings_of_the_figure_of_merit(write):
+    box = load_scenario(write(BARE.replace('"box"', '"fom"'))).scenario.pattern
+    half = load_scenario(write(BARE.replace('"box"', '"fom_peak_to_peak"'))).scenario.pattern
+    assert [(t.axis, t.amplitude_deg, t.cycles, t.period_s) for t in box.maneuvers] == [
+        ("roll", (10.0,), 3, (10.0,)),
+        ("pitch", (5.0,), 3, (10.0,)),
+        ("yaw", (5.0,), 3, (10.0,)),
+    ]
+    assert [(t.axis, t.amplitude_deg) for t in half.maneuvers] == [("roll", (5.0,)), ("pitch", (2.5,)), ("yaw", (2.5,))]
+    (line,) = problems("s.toml", "pattern.kind=fom", "pattern.pitch_deg=40")
+    assert "40 deg is no pitch amplitude for c208b; allowed: above 0, up to 15" in line
+    (line,) = problems("s.toml", "pattern.kind=fom", "pattern.period_s=5")
+    assert "pattern.pitch_deg: 5 deg of pitch in 5 s" in line
+
+
+def test_parts_of_a_sequence_are_checked_each(write):
+    text = BARE.replace(
+        '[pattern]\nkind = "box"',
+        """[pattern]
+kind = "sequence"
+[[pattern.parts]]
+kind = "box"
+[[pattern.parts]]
+kind = "diamond"
+heading_deg = 45.0
+leg_m = 1000.0
+[[pattern.parts.maneuvers]]
+axis = "roll"
+amplitude_deg = 10.0""",
+    )
+    (line,) = problems(write(text), "pattern.parts[0].turn=up")
+    assert line == "--set pattern.parts[0].turn: 'up' is not allowed; allowed: 'right', 'left'"
+    (line,) = problems("s.toml")
+    assert line.startswith("s.toml:19: pattern.parts[1].maneuvers: leg 1 needs 39 s for its maneuvers")
+    pattern = load_scenario("s.toml", ["pattern.parts[1].leg_m=5000"]).scenario.pattern
+    assert (pattern.circuits, pattern.legs, len(parts_of(pattern))) == (2, 4, 2)
 
 
 def test_checks_of_the_pattern_do_not_wait_for_the_sensors(write):

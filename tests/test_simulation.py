@@ -80,8 +80,8 @@ def test_columns_stand_in_the_order_of_the_table(recording):
     assert places == sorted(places)
     assert len(recording) == 401
     np.testing.assert_array_equal(recording.time_s, np.arange(401) / 10)
-    # 2 scalars with 6 columns and 15 parts, a fluxgate with 3 and 15, 9 of the INS, 12 true, 2 surfaces, 7 segments.
-    assert len(recording.data) == 2 * 21 + 18 + 9 + 12 + 2 + 7
+    # 2 scalars with 6 columns and 15 parts, a fluxgate with 3 and 15, 9 of the INS, 12 true, 2 surfaces, 8 segments.
+    assert len(recording.data) == 2 * 21 + 18 + 9 + 12 + 2 + 8
     assert recording.scalars == ("cabin", "tail")
     assert recording.fluxgates == ("flux",)
 

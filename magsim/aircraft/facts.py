@@ -288,6 +288,7 @@ class Limits(Strict):
     roll_amplitude: Degrees
     yaw_amplitude: Degrees
     design_load_factor: NumberRange
+    crew_load_factor: NumberRange | None = None
     angle_of_attack: DegreeRange
     sideslip: Degrees
     bank: Degrees
@@ -312,6 +313,11 @@ class Limits(Strict):
     def load_factor(self) -> tuple[float, float]:
         """Lowest and highest design load factor [g]."""
         return self.design_load_factor.value
+
+    @property
+    def crew(self) -> tuple[float, float] | None:
+        """Lowest and highest load factor that a crew flies in a preset [g]; None where nobody is aboard."""
+        return None if self.crew_load_factor is None else self.crew_load_factor.value
 
 
 class Facts(Strict):

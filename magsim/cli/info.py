@@ -89,6 +89,7 @@ def _details(recording: "Recording") -> Iterator[Section]:
     maneuvers = recording.meta.get("maneuvers")
     if isinstance(maneuvers, list) and maneuvers:
         yield _maneuvers(maneuvers)
+    yield from _heading_tables(recording)
 
 
 def _provenance(recording: "Recording") -> Section:
@@ -117,7 +118,8 @@ def _segments(recording: "Recording") -> Section:
 
     from magsim import columns
 
-    names = [name for name in ("circuit", "leg", "turn", "leg_heading_deg", "split") if name in recording]
+    wanted = ("circuit", "leg", "turn", "transit", "leg_heading_deg", "split")
+    names = [name for name in wanted if name in recording]
     table = recording.stack(names)
     cuts = np.flatnonzero(np.any(np.diff(table, axis=0) != 0.0, axis=1)) + 1
     bounds = [0, *cuts.tolist(), len(recording)]
@@ -128,7 +130,7 @@ def _segments(recording: "Recording") -> Section:
             (
                 f"{values['circuit']:.0f}",
                 f"{values['leg']:.0f}",
-                "turn" if values.get("turn") else "leg",
+                "transit" if values.get("transit") else ("turn" if values.get("turn") else "leg"),
                 f"{values['leg_heading_deg']:.0f}" if "leg_heading_deg" in values else "-",
                 columns.SPLITS.get(int(values["split"]), "-") if "split" in values else "-",
                 f"{recording.time_s[start]:.1f}",
@@ -140,14 +142,46 @@ def _segments(recording: "Recording") -> Section:
 
 
 def _maneuvers(maneuvers: Sequence[object]) -> Section:
+    """Amplitudes with what is not them: half of peak to peak, the fit's residual, the other two angles."""
+    keys = ("circuit", "leg", "kind", "axis", "start_s", "period_s", "cycles", "asked_deg", "flown_deg")
+    keys += ("half_peak_to_peak_deg", "residual_deg", "off_axis_deg")
     rows = []
     for entry in maneuvers:
-        if not isinstance(entry, dict):
+        if isinstance(entry, dict):
+            told = entry | {"kind": "combined" if entry.get("kind") == "combined" else "train"}
+            rows.append(tuple(_word(told.get(key)) for key in keys))
+    header = ("circuit", "leg", "kind", "axis", "start s", "period s", "cycles", "asked deg", "flown deg")
+    header += ("half peak to peak deg", "residual deg", "off-axis deg")
+    return Section("Maneuvers: amplitudes asked and flown (middle cycles)", header, tuple(rows))
+
+
+def _heading_tables(recording: "Recording") -> Iterator[Section]:
+    """For each scalar sensor: what it read over the center on each heading, and the spread over the headings."""
+    from magsim.recording.heading import has_heading_table, heading_table
+
+    if not has_heading_table(recording):
+        return
+    header = ("circuit", "leg", "heading deg", "time s", "miss m", "height m", "clean nT", "reading nT")
+    for sensor in recording.scalars:
+        passes = heading_table(recording, sensor)
+        if not passes:
             continue
-        keys = ("circuit", "leg", "axis", "start_s", "period_s", "cycles", "asked_deg", "flown_deg", "residual_deg")
-        rows.append(tuple(_word(entry.get(key)) for key in keys))
-    header = ("circuit", "leg", "axis", "start s", "period s", "cycles", "asked deg", "flown deg", "residual deg")
-    return Section("Maneuvers: amplitudes asked and flown", header, tuple(rows))
+        rows = [
+            (
+                str(p.circuit),
+                str(p.leg),
+                f"{p.heading_deg:.0f}",
+                f"{p.time_s:.1f}",
+                f"{p.miss_m:.1f}",
+                f"{p.height_error_m:+.1f}",
+                *("-" if v is None else f"{v:.3f}" for v in (p.clean_nt, p.reading_nt, p.interference_nt)),
+            )
+            for p in passes
+        ]
+        values = [[p.clean_nt for p in passes], [p.reading_nt for p in passes], [p.interference_nt for p in passes]]
+        spread = ["-" if None in column else f"{max(column) - min(column):.3f}" for column in values]
+        rows.append(("spread", "", "", "", "", "", *spread))
+        yield Section(f"Heading table of {sensor}", (*header, "interference nT"), tuple(rows))
 
 
 def _word(value: object) -> str:
@@ -156,5 +190,5 @@ def _word(value: object) -> str:
         return "-"
     text = f"{value:.4g}" if isinstance(value, float) else str(value)
     if isinstance(value, list):
-        text = ", ".join(map(str, value))
+        text = ", ".join(f"{part:.4g}" if isinstance(part, float) else str(part) for part in value)
     return "".join(c if c.isprintable() else "?" for c in text)[:200]

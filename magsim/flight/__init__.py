@@ -14,9 +14,11 @@ from magsim.aircraft import Aircraft, Facts
 from magsim.errors import DataError, RequestError
 from magsim.flight.air import weather_of
 from magsim.flight.calibration import loop_response
-from magsim.flight.guidance import TICK_HZ, Crossing
-from magsim.flight.maneuvers import UNITY, Sweep, measure
-from magsim.flight.patterns import Element, LocalPlane, check_pole, length_of, path_of
+from magsim.flight.elements import Element, length_of
+from magsim.flight.guidance import TICK_HZ
+from magsim.flight.maneuvers import UNITY, measure
+from magsim.flight.outcome import amplitude_notes, check_sweeps, pattern_notes, segments_of
+from magsim.flight.patterns import LocalPlane, check_pole, path_of
 from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock
 from magsim.flight.plant import (
     FlightTroubleError,
@@ -27,9 +29,9 @@ from magsim.flight.plant import (
 )
 from magsim.flight.track import fly_track
 from magsim.flight.watch import Watch
-from magsim.scenario import LogShear, Scenario, Track, TrackLog, ground_of
+from magsim.scenario import LogShear, Scenario, Track, TrackLog, ground_of, legs_allowed, needed_s, parts_of
 from magsim.terrain import Ground
-from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
+from magsim.trajectory import Flight
 
 __all__ = ["bare_run", "fly"]
 
@@ -80,7 +82,9 @@ def fly(
         return _fly_log(scenario, aircraft, track, ground)
     plane, path, setup = _plan(scenario, aircraft.facts, ground)
     _check_wind(scenario, path)
-    axes = tuple(dict.fromkeys(train.axis for train in scenario.pattern.maneuvers))
+    parts = parts_of(scenario.pattern)
+    trains = [train for part in parts for train in part.maneuvers]
+    axes = tuple(dict.fromkeys(swing.axis for train in trains for swing in train.swings))
     response = UNITY
     if axes:
         response = loop_response(aircraft.facts, axes, setup.speed_mps, setup.alt_m, setup.step_hz)
@@ -94,7 +98,7 @@ def fly(
         along_m=-warmup_s * first_speed,
         log_hz=log_hz,
         response=response,
-        pattern=scenario.pattern,
+        parts=parts,
         ground=ground,
         watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
     )
@@ -132,7 +136,7 @@ def _plan(
     wind = air.wind_mps
     fastest = start.speed_mps + math.hypot(*wind)
     path = path_of(scenario.pattern, start.heading_deg, fastest, facts.autopilot.bank_ease.value)
-    course = math.radians(start.heading_deg)
+    course = path[0].at(0.0).course
     check_pole(path, plane)
     before = path[0].at(-scenario.flight.warmup_s * ground_speed(start.speed_mps, course, wind))
     lat, lon = plane.geodetic(before.north_m, before.east_m)
@@ -181,16 +185,18 @@ def _flying_time(scenario: Scenario, path: Sequence[Element]) -> float:
 
 def _check_wind(scenario: Scenario, path: Sequence[Element]) -> None:
     """Trains must end before their leg does, at the speed over ground that the wind leaves."""
-    pattern = scenario.pattern
-    for index, element in enumerate(element for element in path if not element.turn):
-        needed = pattern.lead_s + math.fsum(train.duration(index) for train in pattern.maneuvers)
-        rest = pattern.maneuvers[-1].rest_s if pattern.maneuvers else 0.0
+    parts = parts_of(scenario.pattern)
+    for element in path:
+        pattern = parts[element.label.part]
+        if element.turn or not pattern.maneuvers:
+            continue
         available = _leg_time(scenario, element)
-        if needed - rest > available:
+        needed = needed_s(pattern, element.label.index, available) - pattern.maneuvers[-1].rest_s
+        if needed > available:
             msg = (
                 f"pattern.maneuvers: with the wind of [air], leg {element.leg} of circuit {element.circuit} is flown "
-                f"in {available:.0f} s, but its maneuvers need {needed - rest:.0f} s; allowed: shorter trains, longer "
-                "legs or less wind"
+                f"in {available:.0f} s, but its maneuvers need {needed:.0f} s; "
+                f"{legs_allowed(pattern, element.length_m / available)}, or less wind"
             )
             raise RequestError(msg)
 
@@ -240,9 +246,9 @@ def _flight(
     log = log.cut(zero - MARGIN_S, end + MARGIN_S, zero)
     carrier = log.trajectory(aircraft.facts.cg_b)
     duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
-    segments = _segments(crossings, pilot.path, zero, end, carrier)
+    segments = segments_of(crossings, pilot.path, zero, end, carrier)
     sweeps = [on_clock(sweep, zero) for sweep in pilot.sweeps]
-    _check_sweeps(sweeps, segments)
+    check_sweeps(sweeps, segments)
     maneuvers = tuple(measure(sweep, carrier)[0] for sweep in sweeps)
     return Flight(
         carrier=carrier,
@@ -260,72 +266,7 @@ def _flight(
             "warmup_s": scenario.flight.warmup_s,
             "mass_kg": aircraft.facts.mass.mass.value,
             "loop_response": {name: values.tolist() for name, values in response.items()},
-            **_pattern_notes(scenario, carrier, segments, maneuvers),
+            **pattern_notes(scenario, pilot.path, carrier, segments, sweeps),
+            **amplitude_notes(maneuvers),
         },
     )
-
-
-def _segments(
-    crossings: Sequence[Crossing], path: Sequence[Element], zero_s: float, end_s: float, carrier: Trajectory
-) -> tuple[Segment, ...]:
-    """Legs and turns with the times at which they were entered; the straights of a leaf belong to its turn."""
-    times = [0.0, *(crossing.time_s - zero_s for crossing in crossings[1:]), end_s - zero_s]
-    speed = np.hypot(carrier.velocity_n[:, 0], carrier.velocity_n[:, 1])
-    flown = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(carrier.time_s))])
-    out: list[Segment] = []
-    for i, element in enumerate(path):
-        label = (element.circuit, element.leg, element.turn, element.heading_deg)
-        start = times[i]
-        if out and (out[-1].circuit, out[-1].leg, out[-1].turn) == label[:3]:
-            start = out.pop().start_s
-        first, last = np.interp([start, times[i + 1]], carrier.time_s, flown)
-        out.append(Segment(*label, start_s=start, stop_s=times[i + 1], length_m=float(last - first)))
-    return tuple(out)
-
-
-def _check_sweeps(sweeps: Sequence[Sweep], segments: Sequence[Segment]) -> None:
-    """A train that was still flying when its leg ended is no maneuver of that leg."""
-    ends = {(s.circuit, s.leg): s.stop_s for s in segments if not s.turn}
-    for sweep in sweeps:
-        late = sweep.stop_s - ends[sweep.circuit, sweep.leg]
-        if late > 0.0:
-            msg = (
-                f"the {sweep.axis} maneuver of leg {sweep.leg}, circuit {sweep.circuit} was still flown {late:.1f} s "
-                "after its leg had ended; allowed: shorter trains or longer legs"
-            )
-            raise DataError(msg)
-
-
-def _pattern_notes(
-    scenario: Scenario, carrier: Trajectory, segments: Sequence[Segment], maneuvers: Sequence[ManeuverFlown]
-) -> dict[str, object]:
-    """How well the pattern was met: closure of circuits, misses of the center, worst amplitudes."""
-    plane = LocalPlane(math.radians(scenario.start.lat_deg), math.radians(scenario.start.lon_deg), scenario.start.alt_m)
-
-    def place(time_s: float) -> np.ndarray:
-        at = carrier.at(np.array([time_s]))
-        return np.array(plane.place(float(at.lat_rad[0]), float(at.lon_rad[0])))
-
-    notes: dict[str, object] = {}
-    if scenario.pattern.kind == "box":
-        closures = []
-        for circuit in range(1, scenario.pattern.circuits + 1):
-            own = [segment for segment in segments if segment.circuit == circuit]
-            closures.append(float(np.hypot(*(place(own[-1].stop_s) - place(own[0].start_s)))))
-        notes["closure_m"] = closures
-    else:
-        notes["center_miss_m"] = [_miss(carrier, plane, segment) for segment in segments if not segment.turn]
-    for axis in dict.fromkeys(maneuver.axis for maneuver in maneuvers):
-        wrong = [abs(m.flown_deg - m.asked_deg) for m in maneuvers if m.axis == axis]
-        notes[f"worst_{axis}_amplitude_error_deg"] = max(wrong)
-    return notes
-
-
-def _miss(carrier: Trajectory, plane: LocalPlane, segment: Segment) -> float:
-    """Smallest distance from the plane's origin during a pass [m]."""
-    rows = np.flatnonzero((carrier.time_s >= segment.start_s) & (carrier.time_s <= segment.stop_s))
-    places = np.array([plane.place(float(carrier.lat_rad[i]), float(carrier.lon_rad[i])) for i in rows])
-    nearest = int(np.argmin(np.hypot(places[:, 0], places[:, 1])))
-    steps = places[min(nearest + 1, len(rows) - 1)] - places[max(nearest - 1, 0)]
-    # Between two rows the pass is straight: the distance of the origin from that line.
-    return float(abs(places[nearest, 0] * steps[1] - places[nearest, 1] * steps[0]) / np.hypot(*steps))

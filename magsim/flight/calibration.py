@@ -9,9 +9,10 @@ import numpy as np
 from magsim.aircraft.facts import Facts
 from magsim.errors import DataError
 from magsim.flight.aero import stall_angle
+from magsim.flight.elements import Label, Place, Straight
 from magsim.flight.maneuvers import GRID_PERIODS_S, UNITY, LoopResponse, Sweep, calibration_sweeps, measure
 from magsim.flight.model import model_files
-from magsim.flight.patterns import LocalPlane, Place, Straight
+from magsim.flight.patterns import LocalPlane
 from magsim.flight.pilot import Pilot
 from magsim.flight.plant import FlightTroubleError, Setup, trim
 from magsim.storage import cached
@@ -50,6 +51,7 @@ def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: 
             "speed_mps": speed_mps,
             "alt_m": alt_m,
             "step_hz": step_hz,
+            "method": 3,
         }
 
         def make(axis: str = axis) -> dict[str, np.ndarray]:
@@ -82,7 +84,7 @@ def _flown_over_asked(
     facts: Facts, setup: Setup, sweeps: list[Sweep], response: LoopResponse
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ratio of amplitudes and phase [rad] of each train of a calibration flight."""
-    line = Straight(1, 1, False, 0.0, Place(0.0, 0.0, 0.0, 0.0), 1.0e7)
+    line = Straight(Label(1, 1, False, 0.0), Place(0.0, 0.0, 0.0, 0.0), 1.0e7)
     stop_s = sweeps[-1].stop_s + sweeps[-1].ease_out_s + 1.0
     plane = LocalPlane(0.0, 0.0, setup.alt_m)
     pilot = Pilot(

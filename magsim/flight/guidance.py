@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from magsim.aircraft.facts import Facts
+from magsim.flight.elements import Element
 from magsim.flight.maneuvers import Sweep
-from magsim.flight.patterns import Element
 from magsim.flight.plant import crab_heading
 from magsim.units import G0
 

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.flight.autopilot import AXES
-from magsim.scenario import PatternBase
+from magsim.flight.elements import Label
+from magsim.scenario import PatternBase, schedule
 from magsim.trajectory import ManeuverFlown, Trajectory
 
 GRID_PERIODS_S = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)
@@ -34,6 +35,8 @@ class Sweep:
     amplitude_deg: float
     ease_in_s: float
     ease_out_s: float
+    kind: str = ""
+    """``combined`` where several axes swing at once; empty for a train of its own."""
 
     @property
     def stop_s(self) -> float:
@@ -60,25 +63,24 @@ class Sweep:
         return time_s >= self.stop_s + self.ease_out_s
 
 
-def sweeps_of_leg(pattern: PatternBase, index: int, circuit: int, leg: int, start_s: float) -> list[Sweep]:
-    """The trains of a leg that begins at a time; ``index`` counts legs from 0 over the whole flight."""
-    out: list[Sweep] = []
-    time, trains = start_s + pattern.lead_s, pattern.maneuvers
-    for i, train in enumerate(trains):
-        period = train.period(index)
-        before = trains[i - 1].rest_s if i else pattern.lead_s
-        # One generator serves an axis: two trains of it share the rest between them.
-        if i and trains[i - 1].axis == train.axis:
-            before *= 0.5
-        after = train.rest_s
-        if i + 1 < len(trains) and trains[i + 1].axis == train.axis:
-            after *= 0.5
-        half = 0.5 * period
-        amplitude = train.amplitude(index)
-        eases = min(half, before), min(half, after)
-        out.append(Sweep(train.axis, circuit, leg, time, period, train.cycles, amplitude, *eases))
-        time += train.duration(index)
-    return out
+def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: float) -> list[Sweep]:
+    """The trains of a leg that begins at a time and takes a time."""
+    planned, _ = schedule(pattern, label.index, leg_s)
+    return [
+        Sweep(
+            swing.axis,
+            label.circuit,
+            label.leg,
+            start_s + swing.start_s,
+            swing.period_s,
+            swing.cycles,
+            swing.amplitude_deg,
+            swing.ease_in_s,
+            swing.ease_out_s,
+            "combined" if swing.kind == "combined" else "",
+        )
+        for swing in planned
+    ]
 
 
 @dataclass(frozen=True)
@@ -125,12 +127,23 @@ def _departure(time_s: np.ndarray, values: np.ndarray) -> float:
     return float(np.abs(values - values.mean() - slope * tau).max())
 
 
+def middle_of(sweep: Sweep) -> tuple[float, float]:
+    """Beginning and end of a train's middle cycles [s]: all but the first and the last, where it has more than two."""
+    ends = sweep.period_s if sweep.cycles > 2 else 0.0
+    return sweep.start_s + ends, sweep.stop_s - ends
+
+
 def measure(sweep: Sweep, carrier: Trajectory) -> tuple[ManeuverFlown, float]:
-    """A train as it was flown, over its whole cycles, and the phase [rad] by which it leads what was asked."""
+    """A train as it was flown, and the phase [rad] by which it leads what was asked.
+
+    The sine is fitted over the middle cycles: in the first one the loops still follow the growing swing.
+    """
     time, attitude = carrier.time_s, carrier.attitude
     rows = (time >= sweep.start_s - 1e-9) & (time <= sweep.stop_s + 1e-9)
+    low, high = middle_of(sweep)
+    middle = (time >= low - 1e-9) & (time <= high + 1e-9)
     axis = ANGLES[sweep.axis]
-    fit = fit_sine(time[rows], attitude[rows, axis], sweep.omega, sweep.start_s)
+    fit = fit_sine(time[middle], attitude[middle, axis], sweep.omega, sweep.start_s)
     others = [_departure(time[rows], attitude[rows, i]) for i in range(3) if i != axis]
     flown = ManeuverFlown(
         axis=sweep.axis,
@@ -144,6 +157,8 @@ def measure(sweep: Sweep, carrier: Trajectory) -> tuple[ManeuverFlown, float]:
         flown_deg=math.degrees(fit.amplitude),
         residual_deg=math.degrees(fit.residual_rms),
         off_axis_deg=(math.degrees(others[0]), math.degrees(others[1])),
+        half_peak_to_peak_deg=0.5 * math.degrees(float(np.ptp(attitude[middle, axis]))),
+        kind=sweep.kind or sweep.axis,
     )
     return flown, fit.phase
 
@@ -197,12 +212,15 @@ UNITY = LoopResponse(
 def calibration_sweeps(axis: str, margin_deg: float) -> list[Sweep]:
     """Trains of three cycles of each period of the grid on one axis, one after the other.
 
-    The amplitude is ten degrees; in pitch no more than 0.6 of the margin to the stall, and no more than the load
-    factor of a swing of ten degrees in five seconds.
+    The amplitude is ten degrees. In pitch it is no more than 0.8 of the margin to the stall. With short periods, where
+    large swings load lift curve and elevator most, it is up to the load factor of fifteen degrees in five seconds, and
+    up to 1.2 of the margin: the path follows the pitch, so the angle of attack takes two thirds of it.
     """
     out, time = [], 20.0
     for period in GRID_PERIODS_S:
-        amplitude = 10.0 if axis != "pitch" else max(1.0, min(10.0, 2.0 * period, 0.6 * margin_deg))
+        amplitude = 10.0
+        if axis == "pitch":
+            amplitude = max(1.0, min(3.0 * period, 1.2 * margin_deg) if period <= 6.0 else min(10.0, 0.8 * margin_deg))
         half = 0.5 * period
         time += half
         out.append(Sweep(axis, 1, 1, time, period, 3, amplitude, half, half))

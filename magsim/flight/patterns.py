@@ -1,25 +1,44 @@
 """Patterns of legs and turns as a path in a plane that touches the ellipsoid at the start.
 
-A path is a row of elements: straight legs and turns. A turn is an arc whose curvature is eased in and out, because a
-bank cannot be taken up at once; its tangent points lie on the straights, so that a leg is straight over its whole
-length.
+A path is a row of elements (``magsim.flight.elements``): straight legs, the turns between them, and transits between
+patterns.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.errors import RequestError
-from magsim.scenario import Box, Cloverleaf
-from magsim.units import G0
+from magsim.flight.connect import connect
+from magsim.flight.elements import (
+    Arc,
+    Element,
+    Label,
+    Place,
+    Straight,
+    TurnShape,
+    length_of,
+    turn_radius,
+    turn_shape,
+)
+from magsim.scenario import Cloverleaf, HeadingCross, PatternBase, PatternSequence, Square, parts_of
 
-TABLE_STEP_M = 1.0
-"""Spacing of a turn's table: the chord leaves the arc by TABLE_STEP_M^2 / (8 R), 0.1 mm at 1 km."""
+__all__ = [
+    "Arc",
+    "Element",
+    "Label",
+    "LocalPlane",
+    "Place",
+    "Straight",
+    "TurnShape",
+    "check_pole",
+    "length_of",
+    "path_of",
+    "turn_radius",
+    "turn_shape",
+]
 
 
 class LocalPlane:
@@ -78,154 +97,35 @@ class LocalPlane:
         return math.atan2(east, north)
 
 
-class Place(NamedTuple):
-    """A point of a path with its tangent and curvature (positive to the right)."""
-
-    north_m: float
-    east_m: float
-    course: float
-    curvature: float
-
-
-@dataclass(frozen=True)
-class Straight:
-    """A straight from a point on a course [rad]."""
-
-    circuit: int
-    leg: int
-    turn: bool
-    heading_deg: float
-    start: Place
-    length_m: float
-
-    @cached_property
-    def _tangent(self) -> tuple[float, float]:
-        return math.cos(self.start.course), math.sin(self.start.course)
-
-    def at(self, along_m: float) -> Place:
-        """The point at a distance from the beginning; before it and behind it the straight goes on."""
-        north, east, course, _ = self.start
-        cos, sin = self._tangent
-        return Place(north + along_m * cos, east + along_m * sin, course, 0.0)
-
-    def curvature(self, along_m: float) -> float:
-        """None."""
-        return 0.0
-
-
-@dataclass(frozen=True)
-class Arc:
-    """A quarter turn from a point on a course; ``side`` is 1 to the right, -1 to the left."""
-
-    circuit: int
-    leg: int
-    turn: bool
-    heading_deg: float
-    start: Place
-    side: int
-    shape: "TurnShape"
-
-    @property
-    def length_m(self) -> float:
-        """Length along the turn [m]."""
-        return self.shape.length_m
-
-    def at(self, along_m: float) -> Place:
-        """The point at a distance from the beginning; outside the turn its tangents go on."""
-        forward, right, turned, curvature = self.shape.at(along_m)
-        right, turned, curvature = self.side * right, self.side * turned, self.side * curvature
-        sin, cos = math.sin(self.start.course), math.cos(self.start.course)
-        return Place(
-            self.start.north_m + forward * cos - right * sin,
-            self.start.east_m + forward * sin + right * cos,
-            self.start.course + turned,
-            curvature,
-        )
-
-    def curvature(self, along_m: float) -> float:
-        """Curvature [1/m], positive to the right, at a distance from the beginning."""
-        return self.side * self.shape.bend(along_m)[1]
-
-
-Element = Straight | Arc
-
-
-class TurnShape:
-    """A quarter turn to the right in its own coordinates: forward and right of its beginning.
-
-    The curvature rises over ``ease_m`` by a cubic step, stays at 1/R, and falls likewise. The turned angle is
-    ``(length - ease) / R``; the tangents at both ends meet in a corner ``offset_m`` away.
-    """
-
-    def __init__(self, radius_m: float, ease_m: float) -> None:
-        quarter = 0.5 * math.pi * radius_m
-        self.radius_m = radius_m
-        self.ease_m = min(ease_m, 0.8 * quarter)
-        self.length_m = quarter + self.ease_m
-        count = max(8, round(self.length_m / TABLE_STEP_M))
-        self._step = self.length_m / count
-        self._table = self._integrate(count)
-        self.offset_m = self._table[-1][0]
-
-    def bend(self, along_m: float) -> tuple[float, float]:
-        """Turned angle [rad] and curvature [1/m] at a distance from the beginning; straight outside."""
-        ease, radius, length = self.ease_m, self.radius_m, self.length_m
-        if along_m < ease:
-            x = max(0.0, along_m / ease)
-            return ease / radius * (x**3 - 0.5 * x**4), (3.0 * x**2 - 2.0 * x**3) / radius
-        if along_m > length - ease:
-            turned, curvature = self.bend(length - along_m)
-            return 0.5 * math.pi - turned, curvature
-        return (along_m - 0.5 * ease) / radius, 1.0 / radius
-
-    def _integrate(self, count: int) -> list[tuple[float, float]]:
-        """Points along the turn, by Simpson's rule on the tangent."""
-        step, forward, right, out = self._step, 0.0, 0.0, [(0.0, 0.0)]
-        for i in range(count):
-            angles = [self.bend((i + part) * step)[0] for part in (0.0, 0.5, 1.0)]
-            forward += step / 6.0 * (math.cos(angles[0]) + 4.0 * math.cos(angles[1]) + math.cos(angles[2]))
-            right += step / 6.0 * (math.sin(angles[0]) + 4.0 * math.sin(angles[1]) + math.sin(angles[2]))
-            out.append((forward, right))
-        return out
-
-    def at(self, along_m: float) -> tuple[float, float, float, float]:
-        """Forward [m], right [m], turned angle [rad] and curvature [1/m] at a distance from the beginning."""
-        if along_m <= 0.0:
-            return along_m, 0.0, 0.0, 0.0
-        if along_m >= self.length_m:
-            forward, right = self._table[-1]
-            return forward, right + along_m - self.length_m, 0.5 * math.pi, 0.0
-        place = along_m / self._step
-        index = min(int(place), len(self._table) - 2)
-        part = place - index
-        (f0, r0), (f1, r1) = self._table[index], self._table[index + 1]
-        return f0 + part * (f1 - f0), r0 + part * (r1 - r0), *self.bend(along_m)
-
-
-@lru_cache(maxsize=16)
-def turn_shape(radius_m: float, ease_m: float) -> TurnShape:
-    """A turn, integrated once."""
-    return TurnShape(radius_m, ease_m)
-
-
-def turn_radius(speed_mps: float, bank_deg: float) -> float:
-    """Radius [m] of a level coordinated turn, V^2 / (g tan(bank)), at a speed over ground."""
-    return speed_mps**2 / (G0 * math.tan(math.radians(bank_deg)))
-
-
 class _Pen:
-    """Draws a path element by element."""
+    """Draws a path element by element.
+
+    Parameters
+    ----------
+    start : Place
+    side : int
+        1 for turns to the right, -1 to the left.
+    shape : TurnShape
+        Of quarter turns.
+    """
 
     def __init__(self, start: Place, side: int, shape: TurnShape) -> None:
         self.place, self.side, self.shape = start, side, shape
         self.elements: list[Element] = []
 
-    def straight(self, length_m: float, label: tuple[int, int, bool, float]) -> None:
+    def straight(self, length_m: float, label: Label) -> None:
+        """A straight on the course of the pen."""
         if length_m > 0.0:
-            self._add(Straight(*label, self.place, length_m))
+            self._add(Straight(label, self.place, length_m))
 
-    def turn(self, label: tuple[int, int, bool, float]) -> None:
-        self._add(Arc(*label, self.place, self.side, self.shape))
+    def turn(self, label: Label) -> None:
+        """A quarter turn."""
+        self._add(Arc(label, self.place, self.side, self.shape))
+
+    def to(self, place: Place, label: Label) -> None:
+        """The shortest way to another place and course."""
+        self.elements += connect(self.place, place, self.shape.radius_m, self.shape.ease_m, label)
+        self.place = place
 
     def _add(self, element: Element) -> None:
         self.elements.append(element)
@@ -238,15 +138,15 @@ def _compass(degrees: float) -> float:
 
 
 def path_of(
-    pattern: Box | Cloverleaf, heading_deg: float, ground_speed_mps: float, ease_s: float
+    pattern: PatternBase | PatternSequence, heading_deg: float, ground_speed_mps: float, ease_s: float
 ) -> tuple[Element, ...]:
-    """Elements of a pattern around the plane's origin.
+    """Elements of a pattern, or of a sequence of them, around the plane's origin.
 
     Parameters
     ----------
-    pattern : Box or Cloverleaf
+    pattern : PatternBase or PatternSequence
     heading_deg : float
-        Course of the first leg, clockwise from north.
+        Course of the first leg, clockwise from north, of a pattern that sets none itself.
     ground_speed_mps : float
         Largest speed over ground that any course will have: it sets the radius, so that no turn needs more than the
         planned bank.
@@ -256,44 +156,88 @@ def path_of(
     Returns
     -------
     tuple of Element
-        A box begins at the origin with its first leg and ends there with its last turn. A cloverleaf passes the
-        origin in the middle of each of its four legs and ends with the last one.
+        A square begins at its origin with its first leg and ends there with its last turn. A straight begins at its
+        origin. Cloverleaf and heading cross pass it in the middle of each leg and end with the last one. The origin
+        is the plane's, moved by the pattern's ``north_m`` and ``east_m``.
 
     Raises
     ------
     RequestError
         If the turns do not fit into the leaves.
     """
-    shape = turn_shape(turn_radius(ground_speed_mps, pattern.bank_deg), ground_speed_mps * ease_s)
-    side = 1 if pattern.turn == "right" else -1
-    course = math.radians(heading_deg)
-    if isinstance(pattern, Box):
-        pen = _Pen(Place(0.0, 0.0, course, 0.0), side, shape)
-        for leg in range(4 * pattern.circuits):
-            label = (leg // 4 + 1, leg % 4 + 1)
-            heading = _compass(heading_deg + 90.0 * side * leg)
-            pen.straight(pattern.leg_m, (*label, False, heading))
-            pen.turn((*label, True, heading))
-        return tuple(pen.elements)
+    elements: list[Element] = []
+    circuits = 0
+    for number, part in enumerate(parts_of(pattern)):
+        shape = turn_shape(turn_radius(ground_speed_mps, part.bank_deg), ground_speed_mps * ease_s)
+        heading = heading_deg if part.heading_deg is None else part.heading_deg
+        drawn = _draw(part, heading, shape, Label(circuits, 0, False, heading, part=number))
+        if elements:
+            last = elements[-1]
+            label = last.label._replace(turn=True, transit=True)
+            elements += connect(
+                last.at(last.length_m), drawn[0].at(0.0), shape.radius_m, ground_speed_mps * ease_s, label
+            )
+        elements += drawn
+        circuits += part.circuits
+    return tuple(elements)
 
-    leaf = pattern.leaf_m
+
+def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label) -> list[Element]:
+    """Elements of one pattern; ``base`` counts the circuits that were flown before it."""
+    side = 1 if part.turn == "right" else -1
+    origin = Place(part.north_m, part.east_m, math.radians(heading_deg), 0.0)
+    if isinstance(part, Square):
+        return _square(part, _Pen(origin, side, shape), base)
+    if isinstance(part, Cloverleaf):
+        return _cloverleaf(part, origin, side, shape, base)
+    if isinstance(part, HeadingCross):
+        return _cross(part, origin, side, shape, base)
+    return [Straight(base._replace(circuit=base.circuit + 1, leg=1), origin, part.leg_m)]
+
+
+def _square(part: Square, pen: _Pen, base: Label) -> list[Element]:
+    """Square circuits: quarter turns where the sides follow each other, else the shortest way to the next side."""
+    first, side = base.heading_deg, pen.side
+    starts: list[Place] = []
+    for _ in range(4):
+        starts.append(pen.place)
+        pen.straight(part.leg_m, base)
+        pen.turn(base)
+    pen = _Pen(starts[0], side, pen.shape)
+    for index in range(4 * part.circuits):
+        number = part.order[index % 4] - 1
+        following = part.order[(index + 1) % 4] - 1
+        heading = _compass(first + 90.0 * side * number)
+        label = Label(base.circuit + index // 4 + 1, index % 4 + 1, False, heading, part=base.part, index=index)
+        pen.straight(part.leg_m, label)
+        if following == (number + 1) % 4:
+            pen.turn(label._replace(turn=True))
+        else:
+            pen.to(starts[following], label._replace(turn=True))
+    return pen.elements
+
+
+def _cloverleaf(part: Cloverleaf, origin: Place, side: int, shape: TurnShape, base: Label) -> list[Element]:
+    """Four passes over the origin, joined by square leaves."""
+    leaf = part.leaf_m
     if shape.offset_m > leaf:
         msg = (
-            f"pattern.leaf_m: turns of {pattern.bank_deg:g} deg bank at {ground_speed_mps:.0f} m/s over ground take "
-            f"{shape.offset_m:.0f} m, more than a leaf of {leaf:g} m; allowed: a leaf of at least {shape.offset_m:.0f} "
-            "m, or more bank"
+            f"pattern.leaf_m: turns of {part.bank_deg:g} deg bank with a radius of {shape.radius_m:.0f} m over ground "
+            f"take {shape.offset_m:.0f} m, more than a leaf of {leaf:g} m; allowed: a leaf of at least "
+            f"{shape.offset_m:.0f} m, or more bank"
         )
         raise RequestError(msg)
-    pen = _Pen(Place(-leaf * math.cos(course), -leaf * math.sin(course), course, 0.0), side, shape)
+    pen = _Pen(_before(origin, leaf), side, shape)
     for leg in range(4):
-        heading = _compass(heading_deg + 270.0 * side * leg)
-        pen.straight(2.0 * leaf, (1, leg + 1, False, heading))
+        heading = _compass(base.heading_deg + 270.0 * side * leg)
+        label = Label(base.circuit + 1, leg + 1, False, heading, part=base.part, index=leg)
+        pen.straight(2.0 * leaf, label)
         if leg < 3:
-            _leaf(pen, leaf - shape.offset_m, (1, leg + 1, True, heading))
-    return tuple(pen.elements)
+            _leaf(pen, leaf - shape.offset_m, label._replace(turn=True))
+    return pen.elements
 
 
-def _leaf(pen: _Pen, side_m: float, label: tuple[int, int, bool, float]) -> None:
+def _leaf(pen: _Pen, side_m: float, label: Label) -> None:
     """Three quarter turns and two straights: from the end of a pass to the beginning of the next."""
     pen.turn(label)
     for _ in range(2):
@@ -301,9 +245,25 @@ def _leaf(pen: _Pen, side_m: float, label: tuple[int, int, bool, float]) -> None
         pen.turn(label)
 
 
-def length_of(elements: Sequence[Element]) -> float:
-    """Length of a path [m]."""
-    return math.fsum(element.length_m for element in elements)
+def _cross(part: HeadingCross, origin: Place, side: int, shape: TurnShape, base: Label) -> list[Element]:
+    """Passes over the origin on one heading after another."""
+    headings = [_compass(base.heading_deg + side * turned) for turned in part.turned_deg]
+    starts = [_before(origin._replace(course=math.radians(heading)), 0.5 * part.leg_m) for heading in headings]
+    pen, count = _Pen(starts[0], side, shape), len(headings)
+    for index in range(count * part.circuits):
+        leg = index % count
+        label = Label(base.circuit + index // count + 1, leg + 1, False, headings[leg], part=base.part, index=index)
+        if index:
+            last = pen.elements[-1].label
+            pen.to(starts[leg], last._replace(turn=True))
+        pen.straight(part.leg_m, label)
+    return pen.elements
+
+
+def _before(place: Place, distance_m: float) -> Place:
+    """The place at a distance before another one, on its course."""
+    north, east, course, _ = place
+    return Place(north - distance_m * math.cos(course), east - distance_m * math.sin(course), course, 0.0)
 
 
 POLE_M = 1000.0

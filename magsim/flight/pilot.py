@@ -11,10 +11,11 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.wgs84 import radii_of_curvature
 from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
+from magsim.flight.elements import Element
 from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, wrap
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
-from magsim.flight.patterns import Element, LocalPlane
-from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, FlightTroubleError, Plant, Setup
+from magsim.flight.patterns import LocalPlane
+from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, FlightTroubleError, Plant, Setup, ground_speed
 from magsim.flight.watch import Watch
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import PatternBase
@@ -100,8 +101,8 @@ class Pilot:
     log_hz : int
     response : LoopResponse
         What the loops make of a sine; the generators are asked for its inverse.
-    pattern : PatternBase, optional
-        Whose maneuvers are flown on each leg.
+    parts : sequence of PatternBase
+        Whose maneuvers are flown on the legs, by the part that an element belongs to.
     sweeps : sequence of Sweep
         Trains at given times of the plant, for calibration.
     ground : Ground, optional
@@ -120,7 +121,7 @@ class Pilot:
         along_m: float,
         log_hz: int,
         response: LoopResponse,
-        pattern: PatternBase | None = None,
+        parts: Sequence[PatternBase] = (),
         sweeps: Sequence[Sweep] = (),
         ground: Ground | None = None,
         watch: Watch | None = None,
@@ -133,13 +134,12 @@ class Pilot:
         self._waiting: list[Sweep] = list(sweeps)
         self._flying: list[Sweep] = []
         self.path: Sequence[Element] = path
-        self._plane, self._pattern = plane, pattern
+        self._plane, self._parts, self._setup = plane, tuple(parts), setup
         self._response = response
         self._log_hz = log_hz
         self._steps_per_row = setup.step_hz // log_hz
         self._rows = array("d", self.plant.row)
         self._seen = 0
-        self._legs = 0
         self._ordered: Order | None = None
         self._watch, self._gusts = watch, GustHands(setup.weather)
         self._turned = self._convergence()
@@ -231,10 +231,11 @@ class Pilot:
                 self._gusts.begin(first_row_s(crossing.time_s, self._log_hz), self.plant.clock_s - self.plant.time_s)
             self._seen += 1
             element = self.path[crossing.index]
-            if self._pattern is None or element.turn:
+            if not self._parts or element.turn:
                 continue
-            planned = sweeps_of_leg(self._pattern, self._legs, element.circuit, element.leg, crossing.time_s)
-            self._legs += 1
+            speed = ground_speed(self._setup.speed_mps, math.radians(element.heading_deg), self._setup.wind_mps)
+            part, leg_s = self._parts[element.label.part], element.length_m / max(1.0, speed)
+            planned = sweeps_of_leg(part, element.label, crossing.time_s, leg_s)
             self.sweeps += planned
             self._waiting += planned
 

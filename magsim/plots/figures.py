@@ -16,7 +16,7 @@ INK = "#22262b"
 GRAY = "#8a9099"
 GROUND = "#c9b8a2"
 COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6")
-MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf"}
+MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf", 4: "#e7dcef"}
 PART_COLORS = dict(zip(("permanent", "hinged", "induced", "eddy"), COLORS, strict=False))
 
 
@@ -73,8 +73,17 @@ def _offsets(lat: np.ndarray, lon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:
-    """Heading from -45 to 315 with gaps at the jump, so that no line runs across the plot and north stays whole."""
-    out = (heading_deg + 45.0) % 360.0 - 45.0
+    """Heading over one turn with gaps at the jump, so that no line runs across the plot.
+
+    It jumps where the flight has been least, at 315 degrees where there is a choice, so that no leg is torn.
+    """
+    counts, _ = np.histogram(heading_deg % 360.0, bins=72, range=(0.0, 360.0))
+    near = counts + np.roll(counts, 1)  # on both sides of the lower edge of each bin
+    edges = 5.0 * np.arange(72)
+    away = np.abs((edges - 315.0 + 180.0) % 360.0 - 180.0)
+    cut = 360.0 - edges[np.lexsort((away, near))[0]]
+    cut = cut if cut <= 180.0 else cut - 360.0
+    out = (heading_deg + cut) % 360.0 - cut
     out[1:][np.abs(np.diff(out)) > 180.0] = np.nan
     return out
 
@@ -95,7 +104,7 @@ def flight(recording: Recording) -> Figure:
     track.plot(east[-1] / 1e3, north[-1] / 1e3, "s", color=INK, ms=5, mfc="none", label="end")
     track.set_aspect("equal", adjustable="datalim")
     _dress(track, "north [km]", xlabel="east [km]")
-    track.legend(fontsize=8, frameon=False, loc="center")
+    track.legend(fontsize=8, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.08))
     track.set_title(f"{recording.name}: ground track", fontsize=10, color=INK, loc="left")
     first = None
     for i, angle in enumerate(("roll", "pitch", "heading")):

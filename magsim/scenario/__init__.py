@@ -22,14 +22,27 @@ from magsim.errors import RequestError
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts, check_wind
 from magsim.scenario.base import aircraft_of
 from magsim.scenario.instruments import FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
+from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Planned, Swing, Train, schedule
 from magsim.scenario.patterns import (
     LEGS,
     Box,
+    Centered,
     Cloverleaf,
+    Diamond,
+    Fom,
+    FomPeakToPeak,
+    HeadingCross,
+    LegPattern,
     PatternBase,
-    Train,
-    check_fit,
-    check_loads,
+    Square,
+    StraightLine,
+    check_pattern,
+    legs_allowed,
+    needed_s,
+    parts_of,
+)
+from magsim.scenario.patterns import (
+    Sequence as PatternSequence,
 )
 from magsim.scenario.physics import Earth, Eddy, Field_, Part
 from magsim.scenario.start import FlightSettings, Start
@@ -42,23 +55,34 @@ __all__ = [
     "LEGS",
     "Air",
     "Box",
+    "Centered",
     "Cloverleaf",
+    "Combined",
+    "Diamond",
     "Earth",
     "Eddy",
     "Field_",
     "FlatTerrain",
     "FlightSettings",
     "FluxgateSensor",
+    "Fom",
+    "FomPeakToPeak",
     "FractalTerrain",
     "GridTerrain",
     "Gust",
+    "HeadingCross",
     "Ins",
+    "LegPattern",
     "LinearShear",
     "LoadedScenario",
     "LogShear",
+    "Maneuver",
     "Part",
     "Pattern",
     "PatternBase",
+    "PatternSequence",
+    "PhasedSwing",
+    "Planned",
     "Radar",
     "RandomGusts",
     "RecordingSettings",
@@ -66,16 +90,26 @@ __all__ = [
     "Scenario",
     "Sensor",
     "Sensors",
+    "Square",
     "Start",
+    "StraightLine",
+    "Swing",
     "Terrain",
     "Track",
     "TrackLog",
     "Train",
     "ground_of",
+    "legs_allowed",
     "load_scenario",
+    "needed_s",
+    "parts_of",
+    "schedule",
 ]
 
-Pattern = Annotated[Box | Cloverleaf | Track, Discriminator("kind")]
+Pattern = Annotated[
+    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | PatternSequence | Track,
+    Discriminator("kind"),
+]
 """Every pattern that a scenario may name."""
 
 
@@ -113,7 +147,7 @@ class Scenario(Strict):
             if isinstance(pattern, Track):
                 found = [*check_track(pattern, has_ground=terrain is not None)]
             else:
-                found = [*check_fit(pattern, start), *check_loads(pattern, start, aircraft_of(info))]
+                found = [*check_pattern(pattern, start, aircraft_of(info))]
             if found:
                 raise Problems(*found)
         return pattern

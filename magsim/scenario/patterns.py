@@ -1,13 +1,14 @@
-"""Patterns of legs and the maneuvers on them."""
+"""Patterns of legs: where they lie, and what is flown on them. ``docs/patterns.md`` draws them."""
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
-from magsim.config import Numbers, Strict
+from magsim.config import Strict
 from magsim.scenario.base import NonNegative, aircraft_of
+from magsim.scenario.maneuvers import Combined, Maneuver, Swing, Train, check_amplitude, check_period, schedule
 from magsim.scenario.start import Start
 from magsim.units import G0
 
@@ -17,61 +18,38 @@ if TYPE_CHECKING:
 LEGS = 4
 """Legs of one circuit, and passes of a cloverleaf."""
 
-
-class Train(Strict):
-    """A train of sine maneuvers on one axis, flown once on each leg.
-
-    ``amplitude_deg`` (half of peak to peak) and ``period_s`` take one number, or a list that is gone through leg
-    by leg over the whole flight.
-    """
-
-    axis: Literal["pitch", "roll", "yaw"]
-    amplitude_deg: Numbers
-    period_s: Numbers = (6.0,)
-    cycles: int = Field(default=3, ge=1, le=50)
-    rest_s: NonNegative = 6.0
-
-    @field_validator("amplitude_deg")
-    @classmethod
-    def _within_limit(cls, values: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        aircraft, axis = aircraft_of(info), info.data.get("axis")
-        limit = aircraft.limits.amplitude_deg[axis] if aircraft and axis else 45.0
-        name = aircraft.name if aircraft else "any aircraft"
-        for value in values:
-            if not 0.0 < value <= limit:
-                msg = f"{value:g} deg is no {axis} amplitude for {name}; allowed: above 0, up to {limit:g}"
-                raise ValueError(msg)
-        return values
-
-    @field_validator("period_s")
-    @classmethod
-    def _flyable(cls, values: tuple[float, ...]) -> tuple[float, ...]:
-        for value in values:
-            if not 3.0 <= value <= 30.0:
-                msg = f"{value:g} s is no maneuver period; allowed: 3 to 30"
-                raise ValueError(msg)
-        return values
-
-    def amplitude(self, index: int) -> float:
-        """Amplitude [deg] on the leg with this index, counted from 0 over the whole flight."""
-        return self.amplitude_deg[index % len(self.amplitude_deg)]
-
-    def period(self, index: int) -> float:
-        """Period [s] on the leg with this index, counted from 0 over the whole flight."""
-        return self.period_s[index % len(self.period_s)]
-
-    def duration(self, index: int) -> float:
-        """Time that the train takes on that leg, rest included [s]."""
-        return self.cycles * self.period(index) + self.rest_s
+LONGEST_LEG_M = 200_000.0
 
 
 class PatternBase(Strict):
     """What every pattern of legs has."""
 
+    legs: ClassVar[int] = LEGS
+    """Legs of one circuit."""
+
+    courses_deg: ClassVar[tuple[float, float] | None] = None
+    """Step of the courses that the first leg may have, and the first of them; None for any."""
+
     turn: Literal["right", "left"] = "right"
     bank_deg: float = Field(default=25.0, ge=5.0, le=45.0, description="planned bank of the turns")
     lead_s: NonNegative = 15.0
-    maneuvers: tuple[Train, ...] = Field(default=(), strict=False)
+    north_m: float = Field(default=0.0, ge=-100_000.0, le=100_000.0, description="of the pattern from the start point")
+    east_m: float = Field(default=0.0, ge=-100_000.0, le=100_000.0, description="of the pattern from the start point")
+    heading_deg: float | None = Field(
+        default=None, ge=0.0, lt=360.0, description="course of the first leg; else start.heading_deg"
+    )
+    allow_beyond_crew_g: bool = Field(
+        default=False, description="let pitch maneuvers leave the loads that a crew flies, up to those of the airframe"
+    )
+
+    @property
+    def quiet_around_center_s(self) -> float | None:
+        """Time around the center of a leg in which nothing is flown [s]; None where legs have no center."""
+        return None
+
+    def course(self, start: Start) -> float:
+        """Course of the first leg [deg]."""
+        return start.heading_deg if self.heading_deg is None else self.heading_deg
 
     @field_validator("bank_deg")
     @classmethod
@@ -84,16 +62,118 @@ class PatternBase(Strict):
         return value
 
 
-class Box(PatternBase):
-    """Square circuits: four straight legs at right angles, joined by quarter turns."""
+class Maneuvering(PatternBase):
+    """A pattern with maneuvers of the user's choice."""
+
+    maneuvers: tuple[Maneuver, ...] = Field(default=(), strict=False)
+
+
+class Square(PatternBase):
+    """Square circuits: four straight legs at right angles."""
+
+    circuits: int = Field(default=1, ge=1, le=100)
+    leg_m: float = Field(default=10_000.0, ge=500.0, le=LONGEST_LEG_M, description="straight part of each leg")
+    order: Annotated[tuple[int, ...], Field(strict=False)] = Field(
+        default=(1, 2, 3, 4), description="order in which the sides are flown, side 1 first"
+    )
+
+    @field_validator("order")
+    @classmethod
+    def _each_side_once(cls, order: tuple[int, ...]) -> tuple[int, ...]:
+        if sorted(order) != [1, 2, 3, 4] or order[0] != 1:
+            msg = f"{list(order)} is no order of sides; allowed: 1, 2, 3, 4 each once, 1 first"
+            raise ValueError(msg)
+        return order
+
+
+class Box(Square, Maneuvering):
+    """Square circuits on any headings."""
 
     kind: Literal["box"] = "box"
-    circuits: int = Field(default=1, ge=1, le=100)
-    leg_m: float = Field(default=10_000.0, ge=500.0, le=200_000.0, description="straight part of each leg")
 
 
-class Cloverleaf(PatternBase):
-    """Four passes over one point, which is the start point, joined by square leaves."""
+class Diamond(Square, Maneuvering):
+    """Square circuits on the headings between the cardinal ones."""
+
+    courses_deg: ClassVar[tuple[float, float] | None] = (90.0, 45.0)
+
+    kind: Literal["diamond"] = "diamond"
+
+
+class Fom(Square):
+    """Figure-of-merit box on north, east, south and west: roll, pitch and yaw trains on each heading.
+
+    The angles are amplitudes, half of peak to peak: +-10, +-5, +-5 degrees, three of each, 10 s each, as in the
+    flight of paper 001.
+    """
+
+    courses_deg: ClassVar[tuple[float, float] | None] = (90.0, 0.0)
+
+    kind: Literal["fom"] = "fom"
+    roll_deg: float = 10.0
+    pitch_deg: float = 5.0
+    yaw_deg: float = 5.0
+    period_s: float = 10.0
+    cycles: int = Field(default=3, ge=1, le=50)
+    rest_s: NonNegative = 6.0
+    axes: Annotated[tuple[Literal["pitch", "roll", "yaw"], ...], Field(strict=False, min_length=1, max_length=3)] = (
+        "roll",
+        "pitch",
+        "yaw",
+    )
+
+    @field_validator("roll_deg", "pitch_deg", "yaw_deg")
+    @classmethod
+    def _within_limit(cls, value: float, info: ValidationInfo) -> float:
+        check_amplitude(str(info.field_name).removesuffix("_deg"), value, aircraft_of(info))
+        return value
+
+    @field_validator("period_s")
+    @classmethod
+    def _flyable(cls, value: float) -> float:
+        check_period(value)
+        return value
+
+    @property
+    def maneuvers(self) -> tuple[Train, ...]:
+        """The trains of each leg."""
+        amplitudes = {"roll": self.roll_deg, "pitch": self.pitch_deg, "yaw": self.yaw_deg}
+        return tuple(
+            Train(
+                axis=axis,
+                amplitude_deg=amplitudes[axis],
+                period_s=self.period_s,
+                cycles=self.cycles,
+                rest_s=self.rest_s,
+            )
+            for axis in self.axes
+        )
+
+
+class FomPeakToPeak(Fom):
+    """The figure-of-merit box with 10, 5 and 5 degrees read as peak to peak: half the amplitudes of ``fom``."""
+
+    kind: Literal["fom_peak_to_peak"] = "fom_peak_to_peak"
+    roll_deg: float = 5.0
+    pitch_deg: float = 2.5
+    yaw_deg: float = 2.5
+
+
+class Centered(Maneuvering):
+    """A pattern whose legs all pass one point in their middle; nothing is flown there."""
+
+    quiet_s: float = Field(
+        default=10.0, ge=0.0, le=120.0, description="no maneuver this long before and after the center"
+    )
+
+    @property
+    def quiet_around_center_s(self) -> float | None:
+        """Time around the center of a leg in which nothing is flown [s]."""
+        return self.quiet_s
+
+
+class Cloverleaf(Centered):
+    """Four passes over one point, two on each line and tie direction, joined by square leaves."""
 
     kind: Literal["cloverleaf"] = "cloverleaf"
     leaf_m: float = Field(default=5_000.0, ge=3_000.0, le=50_000.0, description="side of the square leaves")
@@ -109,35 +189,182 @@ class Cloverleaf(PatternBase):
         return 2.0 * self.leaf_m
 
 
-Pattern = Annotated[Box | Cloverleaf, Discriminator("kind")]
+class HeadingCross(Centered):
+    """Repeated passes over one point on the four headings, joined by the shortest turns."""
+
+    kind: Literal["heading_cross"] = "heading_cross"
+    circuits: int = Field(default=2, ge=1, le=100, description="times that all headings are flown")
+    leg_m: float = Field(default=5_000.0, ge=500.0, le=LONGEST_LEG_M, description="straight part of each pass")
+    turned_deg: Annotated[tuple[float, ...], Field(strict=False, min_length=1, max_length=4)] = Field(
+        default=(0.0, 180.0, 90.0, 270.0), description="courses of the passes, turned from that of the first"
+    )
+
+    @property
+    def legs(self) -> int:
+        """Passes of one circuit."""
+        return len(self.turned_deg)
+
+    @field_validator("turned_deg")
+    @classmethod
+    def _first_is_first(cls, turned: tuple[float, ...]) -> tuple[float, ...]:
+        if turned[0] != 0.0 or not all(0.0 <= value < 360.0 for value in turned):
+            msg = f"{list(turned)} are no courses; allowed: 0 first, then angles from 0 to below 360"
+            raise ValueError(msg)
+        return turned
 
 
-def check_fit(pattern: Box | Cloverleaf, start: Start) -> Iterator[tuple[str, str]]:
+class StraightLine(Maneuvering):
+    """One straight line."""
+
+    legs: ClassVar[int] = 1
+
+    kind: Literal["straight"] = "straight"
+    leg_m: float = Field(default=10_000.0, ge=500.0, le=LONGEST_LEG_M, description="length of the line")
+
+    @property
+    def circuits(self) -> int:
+        """A line is one circuit."""
+        return 1
+
+
+LegPattern = Annotated[
+    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross, Discriminator("kind")
+]
+
+
+class Sequence(Strict):
+    """Patterns one after another, joined by flown transits; their circuits are counted on."""
+
+    kind: Literal["sequence"] = "sequence"
+    parts: Annotated[tuple[LegPattern, ...], Field(strict=False, min_length=1, max_length=20)]
+
+    @property
+    def circuits(self) -> int:
+        """Circuits of all parts."""
+        return sum(part.circuits for part in self.parts)
+
+    @property
+    def legs(self) -> int:
+        """Legs of the circuit that has most."""
+        return max(part.legs for part in self.parts)
+
+
+def parts_of(pattern: PatternBase | Sequence) -> tuple[PatternBase, ...]:
+    """Parts of a sequence; another pattern is its own only part."""
+    return pattern.parts if isinstance(pattern, Sequence) else (pattern,)
+
+
+def check_pattern(
+    pattern: PatternBase | Sequence, start: Start, aircraft: "Aircraft | None"
+) -> Iterator[tuple[str, str]]:
+    """Problems of a pattern: key within it, and text."""
+    for number, part in enumerate(parts_of(pattern)):
+        prefix = f"parts[{number}]." if isinstance(pattern, Sequence) else ""
+        for check in (check_course(part, start), check_fit(part, start), check_loads(part, start, aircraft)):
+            for key, text in check:
+                yield prefix + key, text
+
+
+def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
+    """A pattern that is named after its headings must have them."""
+    course = pattern.course(start)
+    if pattern.courses_deg is not None:
+        step, first = pattern.courses_deg
+        if (course - first) % step:
+            allowed = ", ".join(f"{first + i * step:g}" for i in range(round(360.0 / step)))
+            text = (
+                f"the first leg of a {pattern.kind} cannot have the course {course:g} deg (start.heading_deg, or "
+                f"heading_deg of the pattern); allowed: {allowed}"
+            )
+            yield "heading_deg", text
+
+
+def check_fit(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
     """Maneuvers must fit into the legs."""
-    available = pattern.leg_m / start.speed_mps
-    for leg in range(LEGS * pattern.circuits):
-        needed = pattern.lead_s + sum(train.duration(leg) for train in pattern.maneuvers)
+    for leg in range(pattern.legs * pattern.circuits):
+        available = pattern.leg_m / start.speed_mps
+        needed = needed_s(pattern, leg, available)
         if needed > available:
             text = (
                 f"leg {leg + 1} needs {needed:.0f} s for its maneuvers, but a leg of {pattern.leg_m:g} m takes "
-                f"{available:.0f} s at {start.speed_mps:g} m/s; allowed: shorter trains or longer legs"
+                f"{available:.0f} s at {start.speed_mps:g} m/s; {legs_allowed(pattern, start.speed_mps)}"
             )
-            yield "maneuvers", text
+            yield "maneuvers" if isinstance(pattern, Maneuvering) else "leg_m", text
             return
 
 
-def check_loads(pattern: Box | Cloverleaf, start: Start, aircraft: "Aircraft | None") -> Iterator[tuple[str, str]]:
-    """Pitch maneuvers must stay within the aircraft's load factors: 1 g +- V A omega / g."""
+def needed_s(pattern: PatternBase, index: int, leg_s: float) -> float:
+    """Time that the maneuvers of a leg take from its beginning, with the rest after the last [s]."""
+    _, end = schedule(pattern, index, leg_s)
+    return end + pattern.maneuvers[-1].rest_s if pattern.maneuvers else pattern.lead_s
+
+
+def shortest_leg_m(pattern: PatternBase, speed_mps: float) -> float | None:
+    """Length that every leg must have for its maneuvers at a speed over ground, in steps of 10 m; None if none does."""
+    legs = range(pattern.legs * min(pattern.circuits, 25))
+    length = pattern.leg_m
+    while length <= 2.0 * LONGEST_LEG_M:
+        needed = max(needed_s(pattern, leg, length / speed_mps) for leg in legs) * speed_mps
+        if needed <= length + 1e-6:
+            return length
+        # Trains that are flown after the center move with it, by half of what is added.
+        length = 10.0 * math.ceil(needed / 10.0 - 1e-9)
+    return None
+
+
+def legs_allowed(pattern: PatternBase, speed_mps: float) -> str:
+    """How long the legs must be, in words."""
+    length = shortest_leg_m(pattern, speed_mps)
+    if length is None:
+        return "allowed: shorter trains"
+    if isinstance(pattern, Cloverleaf):
+        return f"allowed: leaf_m of at least {0.5 * length:g}, or shorter trains"
+    return f"allowed: leg_m of at least {length:g}, or shorter trains"
+
+
+def check_loads(pattern: PatternBase, start: Start, aircraft: "Aircraft | None") -> Iterator[tuple[str, str]]:
+    """Pitch maneuvers must stay within the load factors of crew and airframe: 1 g +- V A omega / g."""
+    if aircraft is None:
+        return
     for number, train in enumerate(pattern.maneuvers):
-        for leg in range(LEGS * pattern.circuits if aircraft and train.axis == "pitch" else 0):
-            amplitude, period = train.amplitude(leg), train.period(leg)
-            swing = start.speed_mps * math.radians(amplitude) * 2.0 * math.pi / period / G0
-            low, high = aircraft.limits.load_factor
-            if not low <= 1.0 - swing or not 1.0 + swing <= high:
-                text = (
-                    f"{amplitude:g} deg of pitch in {period:g} s swings from {1.0 - swing:.2f} to "
-                    f"{1.0 + swing:.2f} g at {start.speed_mps:g} m/s; allowed for {aircraft.name}: "
-                    f"{low:g} to {high:g} g (a longer period or a smaller amplitude)"
-                )
-                yield f"maneuvers[{number}].amplitude_deg", text
-                break
+        for place, swing in enumerate(train.swings):
+            if swing.axis != "pitch":
+                continue
+            legs = range(pattern.legs * pattern.circuits)
+            worst = max(legs, key=lambda leg, swing=swing: swing.amplitude(leg) / swing.period(leg))
+            text = _load(pattern, start, aircraft, swing, worst)
+            if text:
+                key = f"maneuvers[{number}]." + (f"swings[{place}]." if isinstance(train, Combined) else "")
+                yield f"{key}amplitude_deg" if isinstance(pattern, Maneuvering) else "pitch_deg", text
+
+
+def _load(pattern: PatternBase, start: Start, aircraft: "Aircraft", swing: Swing, leg: int) -> str:
+    """What is wrong with the load factor of a pitch swing, or nothing."""
+    amplitude, period = swing.amplitude(leg), swing.period(leg)
+    angular = start.speed_mps * math.radians(amplitude) * 2.0 * math.pi / G0
+    load = angular / period
+    said = (
+        f"{amplitude:g} deg of pitch in {period:g} s swings from {1.0 - load:.2f} to {1.0 + load:.2f} g at "
+        f"{start.speed_mps:g} m/s; allowed for"
+    )
+    limits = aircraft.limits
+    airframe = min(1.0 - limits.load_factor[0], limits.load_factor[1] - 1.0)
+    if load > airframe:
+        return (
+            f"{said} {aircraft.name}: {limits.load_factor[0]:g} to {limits.load_factor[1]:g} g (a period of at least "
+            f"{_up(angular / airframe):g} s, or a smaller amplitude)"
+        )
+    if limits.crew is None or pattern.allow_beyond_crew_g:
+        return ""
+    crew = min(1.0 - limits.crew[0], limits.crew[1] - 1.0)
+    if load > crew + 1e-9:
+        return (
+            f"{said} a crew: {limits.crew[0]:g} to {limits.crew[1]:g} g (a period of at least {_up(angular / crew):g} "
+            "s, a smaller amplitude, or allow_beyond_crew_g = true)"
+        )
+    return ""
+
+
+def _up(period_s: float) -> float:
+    """A period rounded up to a tenth."""
+    return math.ceil(10.0 * period_s - 1e-9) / 10.0

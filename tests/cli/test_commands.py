@@ -86,7 +86,7 @@ def test_info_tells_what_a_recording_holds(here, capsys):
     for words in ("small   60    10       5.9         cabin           f", "seed     7", "mag_{sensor}_nt", "ab" * 32):
         assert words in out
     assert "1        2    leg   -            test   3.0      30" in out
-    assert "1        1    pitch  -        6         -       5          5.02" in out
+    assert "1        1    train  pitch  -        6         -       5          5.02" in out
 
 
 def test_info_lists_several_flights(here, capsys):

@@ -1,12 +1,14 @@
 """Trains: their times, their easing, their measure."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from magsim.flight.elements import Label
 from magsim.flight.maneuvers import GRID_PERIODS_S, LoopResponse, Sweep, fit_sine, sweeps_of_leg
-from magsim.scenario import Box
+from magsim.scenario import Box, Cloverleaf, Combined
 
 
 def test_fit_finds_a_sine_under_offset_and_slope() -> None:
@@ -34,7 +36,7 @@ def test_trains_follow_each_other() -> None:
         {"axis": "roll", "amplitude_deg": 4.0, "period_s": 8.0, "cycles": 1, "rest_s": 1.0},
     ]
     box = Box(lead_s=2.0, maneuvers=trains)
-    first, second, third = sweeps_of_leg(box, 1, 1, 2, 100.0)
+    first, second, third = sweeps_of_leg(box, Label(1, 2, False, 90.0, index=1), 100.0, 133.0)
     assert (first.start_s, first.stop_s, first.amplitude_deg) == (102.0, 120.0, 8.0)
     assert (second.start_s, second.stop_s, second.period_s) == (127.0, 147.0, 10.0)
     assert (third.start_s, third.stop_s) == (151.0, 159.0)
@@ -66,3 +68,61 @@ def test_response_is_smooth_between_the_periods_that_were_flown() -> None:
     assert response.at("roll", 30.0)[0] == pytest.approx(response.gain["roll"][-1])
     back = LoopResponse.from_arrays(response.arrays())
     assert back.at("roll", 6.5) == (gain, phase)
+
+
+COMBINED = {
+    "axis": "combined",
+    "cycles": 2,
+    "swings": [
+        {"axis": "roll", "amplitude_deg": [8.0, 4.0], "period_s": 6.0, "phase_deg": 90.0},
+        {"axis": "pitch", "amplitude_deg": 3.0, "period_s": 10.0},
+    ],
+}
+
+
+def test_a_combined_maneuver_swings_several_axes_in_their_phases() -> None:
+    box = Box(lead_s=12.0, maneuvers=[COMBINED, {"axis": "yaw", "amplitude_deg": 5.0, "period_s": 5.0}])
+    pitch, roll, yaw = sweeps_of_leg(box, Label(1, 2, False, 90.0, index=1), 100.0, 133.0)
+    # Two cycles of the longest period; three whole ones of the other fit, a quarter of a period late.
+    assert (pitch.axis, pitch.kind, pitch.start_s, pitch.stop_s, pitch.amplitude_deg) == (
+        "pitch",
+        "combined",
+        112.0,
+        132.0,
+        3.0,
+    )
+    assert (roll.axis, roll.kind, roll.start_s, roll.cycles, roll.amplitude_deg) == ("roll", "combined", 113.5, 3, 4.0)
+    assert (yaw.axis, yaw.kind, yaw.start_s) == ("yaw", "", 138.0)
+    # Sine against minus cosine: at its quarter period the one peaks where the other passes zero.
+    assert roll.angle(113.5) == pytest.approx(0.0, abs=1e-12)
+    assert roll.angle(115.0) == pytest.approx(math.radians(4.0))
+
+
+def test_an_envelope_of_none_starts_at_once() -> None:
+    hard = Box(maneuvers=[{"axis": "roll", "amplitude_deg": 5.0, "envelope_cycles": 0.0}])
+    (sweep,) = sweeps_of_leg(hard, Label(1, 1, False, 0.0), 0.0, 133.0)
+    assert (sweep.ease_in_s, sweep.ease_out_s) == (0.0, 0.0)
+    assert sweep.angle(sweep.start_s - 0.01) == 0.0
+    slow = Box(maneuvers=[{"axis": "roll", "amplitude_deg": 5.0, "period_s": 4.0, "envelope_cycles": 1.5}])
+    (sweep,) = sweeps_of_leg(slow, Label(1, 1, False, 0.0), 0.0, 133.0)
+    assert (sweep.ease_in_s, sweep.ease_out_s) == (6.0, 6.0)
+
+
+@pytest.mark.parametrize("leg_s", [110.0, 133.0, 160.0])
+def test_nothing_swings_near_a_center(leg_s: float) -> None:
+    trains = [{"axis": axis, "amplitude_deg": 5.0, "period_s": 5.0, "rest_s": 5.0} for axis in ("pitch", "roll", "yaw")]
+    clover = Cloverleaf(lead_s=10.0, quiet_s=10.0, maneuvers=trains)
+    sweeps = sweeps_of_leg(clover, Label(1, 1, False, 0.0), 0.0, leg_s)
+    assert [sweep.axis for sweep in sweeps] == ["pitch", "roll", "yaw"]
+    assert any(sweep.stop_s < 0.5 * leg_s for sweep in sweeps)
+    for sweep in sweeps:
+        begin, end = sweep.start_s - sweep.ease_in_s, sweep.stop_s + sweep.ease_out_s
+        assert end <= 0.5 * leg_s - 12.0 + 1e-9 or begin >= 0.5 * leg_s + 12.0 - 1e-9
+    for before, after in pairwise(sweeps):
+        assert after.start_s >= before.stop_s + 5.0 - 1e-9
+
+
+def test_an_axis_stands_once_in_a_combined_maneuver() -> None:
+    twice = COMBINED | {"swings": [COMBINED["swings"][0]] * 2}
+    with pytest.raises(ValueError, match="roll, roll: an axis is given twice"):
+        Combined.model_validate(twice)

@@ -11,7 +11,8 @@ from magsim.aircraft import Aircraft
 from magsim.earth import ecef_from_geodetic
 from magsim.errors import DataError, RequestError
 from magsim.flight import fly
-from magsim.flight.patterns import LocalPlane, Place, Straight
+from magsim.flight.elements import Label, Place, Straight
+from magsim.flight.patterns import LocalPlane
 from magsim.flight.plant import COLUMN, TO_SI
 from magsim.flight.watch import Watch
 from magsim.scenario import FlightSettings, Scenario
@@ -68,8 +69,8 @@ def test_full_throttle_that_holds_the_airspeed_is_allowed(watch: Watch) -> None:
 
 
 def test_a_leg_is_missed_by_distance_but_a_turn_is_not(watch: Watch) -> None:
-    leg = Straight(2, 3, False, 180.0, Place(0.0, 0.0, 0.0, 0.0), 1000.0)
-    turn = Straight(2, 3, True, 180.0, Place(0.0, 0.0, 0.0, 0.0), 1000.0)
+    leg = Straight(Label(2, 3, False, 180.0), Place(0.0, 0.0, 0.0, 0.0), 1000.0)
+    turn = Straight(Label(2, 3, True, 180.0), Place(0.0, 0.0, 0.0, 0.0), 1000.0)
     assert watch.line(leg, -199.0) == ""
     assert watch.line(turn, -900.0) == ""
     assert watch.line(leg, -250.4) == "missed leg 3 of circuit 2: 250 m to the left of its line, allowed 200 m,"

@@ -37,7 +37,7 @@ class MagTCNCompensator(ResidualNetwork):
     name = "magtcn"
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         # Seconds on one core: for the demonstration.
-        "demo": {"width": 4, "steps": 1000, "batch": 8, "every": 50},
+        "demo": {"width": 4, "steps": 1000, "batch": 8, "every": 50, "learning_rate": 1e-2, "patience": 20},
         # Minutes on one core.
         "cpu": {"width": 8, "steps": 3000, "batch": 16, "every": 100},
         # The paper's sizes and recipe, 200 epochs of windows at every offset: days on a CPU.

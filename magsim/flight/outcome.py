@@ -1,0 +1,141 @@
+"""What was flown: segments with their times, and how well the pattern was met."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from magsim.errors import DataError
+from magsim.flight.elements import Element
+from magsim.flight.guidance import Crossing
+from magsim.flight.maneuvers import Sweep
+from magsim.flight.patterns import LocalPlane
+from magsim.scenario import PatternBase, Scenario, Square, parts_of
+from magsim.trajectory import ManeuverFlown, Segment, Trajectory
+
+
+def segments_of(
+    crossings: Sequence[Crossing], path: Sequence[Element], zero_s: float, end_s: float, carrier: Trajectory
+) -> tuple[Segment, ...]:
+    """Legs, turns and transits with the times at which they were entered; what joins two legs is one segment."""
+    times = [0.0, *(crossing.time_s - zero_s for crossing in crossings[1:]), end_s - zero_s]
+    speed = np.hypot(carrier.velocity_n[:, 0], carrier.velocity_n[:, 1])
+    flown = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(carrier.time_s))])
+    out: list[Segment] = []
+    for i, element in enumerate(path):
+        label = element.label
+        key = (label.circuit, label.leg, label.turn, label.transit)
+        start = times[i]
+        if out and (out[-1].circuit, out[-1].leg, out[-1].turn, out[-1].transit) == key:
+            start = out.pop().start_s
+        first, last = np.interp([start, times[i + 1]], carrier.time_s, flown)
+        out.append(
+            Segment(*label[:4], start_s=start, stop_s=times[i + 1], length_m=float(last - first), transit=label.transit)
+        )
+    return tuple(out)
+
+
+def check_sweeps(sweeps: Sequence[Sweep], segments: Sequence[Segment]) -> None:
+    """A train that was still flying when its leg ended is no maneuver of that leg."""
+    ends = {(s.circuit, s.leg): s.stop_s for s in segments if not s.turn}
+    for sweep in sweeps:
+        late = sweep.stop_s - ends[sweep.circuit, sweep.leg]
+        if late > 0.0:
+            msg = (
+                f"the {sweep.axis} maneuver of leg {sweep.leg}, circuit {sweep.circuit} was still flown {late:.1f} s "
+                "after its leg had ended; allowed: shorter trains or longer legs"
+            )
+            raise DataError(msg)
+
+
+def pattern_notes(
+    scenario: Scenario,
+    path: Sequence[Element],
+    carrier: Trajectory,
+    segments: Sequence[Segment],
+    sweeps: Sequence[Sweep],
+) -> dict[str, object]:
+    """How well the pattern was met: lengths of legs, closure of circuits, passes of the center, quiet there."""
+    start = scenario.start
+    plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
+    notes: dict[str, object] = {"worst_leg_length_error_m": _worst_length(path, segments)}
+    circuits, closures, passes = 0, [], []
+    for part in parts_of(scenario.pattern):
+        numbers = range(circuits + 1, circuits + part.circuits + 1)
+        own = [segment for segment in segments if segment.circuit in numbers and not segment.transit]
+        if isinstance(part, Square):
+            closures += [_closure(carrier, plane, own, number) for number in numbers]
+        if part.quiet_around_center_s is not None:
+            for segment in own:
+                if not segment.turn:
+                    passes.append(_pass(carrier, plane, segment, part, start.alt_m))
+                    check_quiet(passes[-1], sweeps, part.quiet_around_center_s)
+        circuits += part.circuits
+    if closures:
+        notes["closure_m"] = closures
+    if passes:
+        notes["center_miss_m"] = [entry["miss_m"] for entry in passes]
+        notes["center_passes"] = passes
+    return notes
+
+
+def amplitude_notes(maneuvers: Sequence[ManeuverFlown]) -> dict[str, float]:
+    """Worst amplitude of each axis that was swung."""
+    return {
+        f"worst_{axis}_amplitude_error_deg": max(abs(m.flown_deg - m.asked_deg) for m in maneuvers if m.axis == axis)
+        for axis in dict.fromkeys(maneuver.axis for maneuver in maneuvers)
+    }
+
+
+def _place(carrier: Trajectory, plane: LocalPlane, time_s: float) -> np.ndarray:
+    at = carrier.at(np.array([time_s]))
+    return np.array(plane.place(float(at.lat_rad[0]), float(at.lon_rad[0])))
+
+
+def _worst_length(path: Sequence[Element], segments: Sequence[Segment]) -> float:
+    """Largest difference of a leg's length over ground from its plan [m]."""
+    planned = {(element.circuit, element.leg): element.length_m for element in path if not element.turn}
+    return max(abs(s.length_m - planned[s.circuit, s.leg]) for s in segments if not s.turn)
+
+
+def _closure(carrier: Trajectory, plane: LocalPlane, segments: Sequence[Segment], circuit: int) -> float:
+    """Distance between beginning and end of a circuit [m]."""
+    own = [segment for segment in segments if segment.circuit == circuit]
+    return float(np.hypot(*(_place(carrier, plane, own[-1].stop_s) - _place(carrier, plane, own[0].start_s))))
+
+
+def _pass(
+    carrier: Trajectory, plane: LocalPlane, segment: Segment, part: PatternBase, alt_m: float
+) -> dict[str, float | int]:
+    """When and how closely a leg passed the center of its pattern."""
+    rows = np.flatnonzero((carrier.time_s >= segment.start_s) & (carrier.time_s <= segment.stop_s))
+    places = np.array([plane.place(float(carrier.lat_rad[i]), float(carrier.lon_rad[i])) for i in rows])
+    course = math.radians(segment.heading_deg)
+    along = (places[:, 0] - part.north_m) * math.cos(course) + (places[:, 1] - part.east_m) * math.sin(course)
+    time_s = float(np.interp(0.0, along, carrier.time_s[rows]))
+    north, east = _place(carrier, plane, time_s)
+    height = float(carrier.at(np.array([time_s])).alt_m[0])
+    return {
+        "circuit": segment.circuit,
+        "leg": segment.leg,
+        "heading_deg": segment.heading_deg,
+        "time_s": time_s,
+        "miss_m": float(math.hypot(north - part.north_m, east - part.east_m)),
+        "height_error_m": height - alt_m,
+    }
+
+
+def check_quiet(entry: dict[str, float | int], sweeps: Sequence[Sweep], quiet_s: float) -> None:
+    """No maneuver may have been flown around the center."""
+    for sweep in sweeps:
+        if (sweep.circuit, sweep.leg) != (entry["circuit"], entry["leg"]):
+            continue
+        before = entry["time_s"] - (sweep.stop_s + sweep.ease_out_s)
+        after = sweep.start_s - sweep.ease_in_s - entry["time_s"]
+        if max(before, after) < quiet_s:
+            msg = (
+                f"the {sweep.axis} maneuver of leg {sweep.leg}, circuit {sweep.circuit} was flown "
+                f"{max(0.0, before, after):.1f} s from the center, less than pattern.quiet_s = {quiet_s:g}: the speed "
+                "over ground was not the foreseen one; allowed: less turbulence, shorter trains or longer legs"
+            )
+            raise DataError(msg)

@@ -1,0 +1,97 @@
+"""The heading table: what a magnetometer read over one and the same point on each heading.
+
+A flight whose legs all pass one point says in ``meta["notes"]["center_passes"]`` when each of them did. What the
+ground adds is the same in all passes, so what differs between them is the aircraft (and the day).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from magsim import columns
+from magsim.errors import DataError
+from magsim.recording import Recording
+
+
+@dataclass(frozen=True)
+class CenterPass:
+    """One pass of the center."""
+
+    circuit: int
+    leg: int
+    heading_deg: float
+    """Planned course of the pass."""
+    time_s: float
+    miss_m: float
+    """Horizontal distance from the center."""
+    height_error_m: float
+    """Height above that of the center."""
+    clean_nt: float | None
+    """Field without the aircraft; None where the recording holds no truth."""
+    reading_nt: float
+    interference_nt: float | None
+    """Norm with the aircraft minus norm without it; None where the recording holds no labels."""
+
+
+def has_heading_table(recording: Recording) -> bool:
+    """Whether a recording says when it passed a center."""
+    return bool(_passes(recording))
+
+
+def heading_table(recording: Recording, sensor: str) -> tuple[CenterPass, ...]:
+    """Values of a sensor at the center, pass by pass, linear between the rows.
+
+    Parameters
+    ----------
+    recording : Recording
+    sensor : str
+        A scalar magnetometer.
+
+    Returns
+    -------
+    tuple of CenterPass
+        Empty where the flight passes no center; passes outside the rows are left out.
+
+    Raises
+    ------
+    KeyError
+        If the recording has no such sensor.
+    DataError
+        If its list of passes is damaged.
+    """
+    reading = recording[columns.MAG.name(sensor=sensor)]
+    names = columns.CLEAN.name(sensor=sensor), columns.INTERFERENCE.name(sensor=sensor)
+    clean, interference = (recording.data.get(name) for name in names)
+    out = []
+    for entry in _passes(recording):
+        try:
+            time_s = float(entry["time_s"])
+            known = {key: float(entry[key]) for key in ("heading_deg", "miss_m", "height_error_m")}
+            numbers = {key: int(entry[key]) for key in ("circuit", "leg")}
+        except (KeyError, TypeError, ValueError, OverflowError):
+            msg = f"recording {recording.name!r}: its list of center passes is damaged"
+            raise DataError(msg) from None
+        if recording.time_s[0] <= time_s <= recording.time_s[-1]:
+            at_center = [
+                None if values is None else float(np.interp(time_s, recording.time_s, values))
+                for values in (clean, reading, interference)
+            ]
+            out.append(
+                CenterPass(
+                    **numbers,
+                    time_s=time_s,
+                    **known,
+                    clean_nt=at_center[0],
+                    reading_nt=at_center[1],
+                    interference_nt=at_center[2],
+                )
+            )
+    return tuple(out)
+
+
+def _passes(recording: Recording) -> list[Mapping]:
+    """Entries of the notes; none where a file holds something else."""
+    notes = recording.meta.get("notes")
+    found = notes.get("center_passes") if isinstance(notes, Mapping) else None
+    return [entry for entry in found if isinstance(entry, Mapping)] if isinstance(found, list) else []

@@ -1,0 +1,206 @@
+"""Maneuvers: trains of sine swings on one axis or on several at once, and when each is flown on its leg."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Discriminator, Field, ValidationInfo, field_validator
+
+from magsim.config import Numbers, Strict
+from magsim.scenario.base import NonNegative, aircraft_of
+
+if TYPE_CHECKING:
+    from magsim.aircraft import Aircraft
+    from magsim.scenario.patterns import PatternBase
+
+Axis = Literal["pitch", "roll", "yaw"]
+
+CENTER_MARGIN_S = 2.0
+"""Added to the quiet around a center when a leg is planned: its time is foreseen from the steady wind."""
+
+
+def check_amplitude(axis: str | None, value: float, aircraft: "Aircraft | None") -> None:
+    """Raise a ValueError where an aircraft cannot swing so far.
+
+    Parameters
+    ----------
+    axis : str, optional
+        None where the axis itself is wrong.
+    value : float
+        Half of peak to peak [deg].
+    aircraft : Aircraft, optional
+    """
+    limit = aircraft.limits.amplitude_deg[axis] if aircraft and axis else 45.0
+    if not 0.0 < value <= limit:
+        name = aircraft.name if aircraft else "any aircraft"
+        msg = f"{value:g} deg is no {axis} amplitude for {name}; allowed: above 0, up to {limit:g}"
+        raise ValueError(msg)
+
+
+def check_period(value: float) -> None:
+    """Raise a ValueError for a period that no aircraft here flies."""
+    if not 3.0 <= value <= 30.0:
+        msg = f"{value:g} s is no maneuver period; allowed: 3 to 30"
+        raise ValueError(msg)
+
+
+class Swing(Strict):
+    """A sine on one axis.
+
+    ``amplitude_deg`` (half of peak to peak) and ``period_s`` take one number, or a list that is gone through leg
+    by leg over the pattern.
+    """
+
+    axis: Axis
+    amplitude_deg: Numbers
+    period_s: Numbers = (6.0,)
+
+    @field_validator("amplitude_deg")
+    @classmethod
+    def _within_limit(cls, values: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        for value in values:
+            check_amplitude(info.data.get("axis"), value, aircraft_of(info))
+        return values
+
+    @field_validator("period_s")
+    @classmethod
+    def _flyable(cls, values: tuple[float, ...]) -> tuple[float, ...]:
+        for value in values:
+            check_period(value)
+        return values
+
+    def amplitude(self, index: int) -> float:
+        """Amplitude [deg] on the leg with this index, counted from 0 over the pattern."""
+        return self.amplitude_deg[index % len(self.amplitude_deg)]
+
+    def period(self, index: int) -> float:
+        """Period [s] on the leg with this index, counted from 0 over the pattern."""
+        return self.period_s[index % len(self.period_s)]
+
+
+class TrainBase(Strict):
+    """What every train has: cycles, rest and envelope."""
+
+    cycles: int = Field(default=3, ge=1, le=50)
+    rest_s: NonNegative = Field(default=6.0, description="straight flight after the train")
+    envelope_cycles: float = Field(
+        default=0.5,
+        ge=0.0,
+        le=3.0,
+        description="cycles of growing swing before the first full cycle, and of fading swing after the last",
+    )
+
+
+class Train(Swing, TrainBase):
+    """A train of sine maneuvers on one axis, flown once on each leg."""
+
+    @property
+    def swings(self) -> tuple[Swing, ...]:
+        """The one swing of the train."""
+        return (self,)
+
+    def length(self, index: int) -> float:
+        """Time of the full cycles on the leg with this index [s]."""
+        return self.cycles * self.period(index)
+
+
+class PhasedSwing(Swing):
+    """One axis of a combined maneuver."""
+
+    phase_deg: float = Field(default=0.0, ge=0.0, lt=360.0, description="lag behind the train, in its own period")
+
+    def lag(self, index: int) -> float:
+        """Time by which the swing begins after the train [s]."""
+        return self.phase_deg / 360.0 * self.period(index)
+
+
+class Combined(TrainBase):
+    """Several axes at once, each with its own amplitude, period and phase, flown once on each leg.
+
+    ``cycles`` counts those of the longest period; the other axes fly as many whole cycles as fit into that time.
+    """
+
+    axis: Literal["combined"]
+    swings: Annotated[tuple[PhasedSwing, ...], Field(strict=False, min_length=2, max_length=3)]
+
+    @field_validator("swings")
+    @classmethod
+    def _one_each(cls, swings: tuple[PhasedSwing, ...]) -> tuple[PhasedSwing, ...]:
+        axes = [swing.axis for swing in swings]
+        if len(set(axes)) < len(axes):
+            msg = f"{', '.join(axes)}: an axis is given twice; allowed: pitch, roll and yaw, each once"
+            raise ValueError(msg)
+        return swings
+
+    def cycles_of(self, swing: Swing, index: int) -> int:
+        """Whole cycles that one of the swings flies."""
+        longest = max(other.period(index) for other in self.swings)
+        return max(1, int(self.cycles * longest / swing.period(index) + 1e-9))
+
+    def length(self, index: int) -> float:
+        """Time from the train's start to the end of its last swing on the leg with this index [s]."""
+        return max(s.lag(index) + self.cycles_of(s, index) * s.period(index) for s in self.swings)
+
+
+Maneuver = Annotated[Train | Combined, Discriminator("axis")]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A swing on the clock of its leg."""
+
+    kind: str
+    """Axis of its train, or ``combined``."""
+    axis: str
+    start_s: float
+    period_s: float
+    cycles: int
+    amplitude_deg: float
+    ease_in_s: float
+    ease_out_s: float
+
+
+def schedule(pattern: "PatternBase", index: int, leg_s: float) -> tuple[list[Planned], float]:
+    """Swings of a leg, in the order in which they begin to rise, and the end of the last one [s].
+
+    Parameters
+    ----------
+    pattern : PatternBase
+    index : int
+        Of the leg, counted from 0 over the pattern.
+    leg_s : float
+        Time that the leg takes. Where a pattern keeps quiet around the center of its legs, a train that would reach
+        into the quiet is flown after it.
+    """
+    trains, out, time, end = pattern.maneuvers, [], pattern.lead_s, 0.0
+    middle, quiet = 0.5 * leg_s, pattern.quiet_around_center_s
+    for i, train in enumerate(trains):
+        before = trains[i - 1].rest_s if i else pattern.lead_s
+        after = train.rest_s
+        # One generator serves an axis: two trains that share one halve the rest between them.
+        if i and _share(trains[i - 1], train):
+            before *= 0.5
+        if i + 1 < len(trains) and _share(train, trains[i + 1]):
+            after *= 0.5
+        length = train.length(index)
+        longest = train.envelope_cycles * max(swing.period(index) for swing in train.swings)
+        if quiet is not None:
+            reach = quiet + CENTER_MARGIN_S
+            rise, fall = min(longest, before), min(longest, after)
+            if time - rise < middle + reach and time + length + fall > middle - reach:
+                time, before = middle + reach + rise, rise
+        for swing in train.swings:
+            period = swing.period(index)
+            ease = train.envelope_cycles * period
+            lag = swing.lag(index) if isinstance(swing, PhasedSwing) else 0.0
+            cycles = train.cycles_of(swing, index) if isinstance(train, Combined) else train.cycles
+            eases = min(ease, before), min(ease, after)
+            out.append(Planned(train.axis, swing.axis, time + lag, period, cycles, swing.amplitude(index), *eases))
+        end = time + length
+        time = end + train.rest_s
+    out.sort(key=lambda planned: planned.start_s - planned.ease_in_s)
+    return out, end
+
+
+def _share(one: Train | Combined, other: Train | Combined) -> bool:
+    """Whether two trains swing one axis."""
+    return bool({swing.axis for swing in one.swings} & {swing.axis for swing in other.swings})
