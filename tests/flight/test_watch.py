@@ -129,7 +129,8 @@ def test_flights_begin_trimmed_and_settled_anywhere(
 ) -> None:
     # The loops are calibrated for each speed and height: one axis of them is enough there.
     trains = TRAINS if len(start) == 3 else TRAINS[1:2]
-    request = scenario_of({"kind": "box", "leg_m": 5500.0, "maneuvers": trains}, start=start)
+    pattern = {"kind": "box", "leg_m": 5500.0, "maneuvers": trains, "allow_beyond_crew_g": True}
+    request = scenario_of(pattern, start=start)
     flight = fly(request, cessna)
     carrier, place = flight.carrier, request.start
     first = carrier.at(np.array([0.0]))
