@@ -176,7 +176,7 @@ class Cloverleaf(Centered):
     """Four passes over one point, two on each line and tie direction, joined by square leaves."""
 
     kind: Literal["cloverleaf"] = "cloverleaf"
-    leaf_m: float = Field(default=5_000.0, ge=3_000.0, le=50_000.0, description="side of the square leaves")
+    leaf_m: float = Field(default=5_000.0, ge=300.0, le=50_000.0, description="side of the square leaves")
 
     @property
     def circuits(self) -> int:

@@ -259,3 +259,11 @@ def test_flight_a_trains_what_flight_b_tests() -> None:
     assert std["none"] > 1.9
     # Least squares left 0.36 nT of a real drone's 2.17; ours has neither currents that change nor a swinging boom.
     assert std["tl16"] < 0.36
+
+
+def test_a_small_aircraft_flies_small_leaves(drone: Aircraft, scenario_of: Callable[..., Scenario]) -> None:
+    pattern = {"kind": "cloverleaf", "leaf_m": 500.0}
+    flight = fly(scenario_of(pattern, air={"wind_east_mps": 5.0}), drone)
+    passes = [segment for segment in flight.segments if not segment.turn]
+    assert len(passes) == 4
+    assert max(flight.notes["center_miss_m"]) < 5.0
