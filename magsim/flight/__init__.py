@@ -14,6 +14,7 @@ from magsim.aircraft import Aircraft, Facts
 from magsim.errors import DataError, RequestError
 from magsim.flight.air import weather_of
 from magsim.flight.calibration import loop_response
+from magsim.flight.drape import HeightPlan, drape_notes, plan_drape
 from magsim.flight.elements import Element, length_of
 from magsim.flight.guidance import TICK_HZ
 from magsim.flight.maneuvers import UNITY, measure
@@ -29,7 +30,7 @@ from magsim.flight.plant import (
 )
 from magsim.flight.track import fly_track
 from magsim.flight.watch import Watch
-from magsim.scenario import LogShear, Scenario, Track, TrackLog, ground_of, legs_allowed, needed_s, parts_of
+from magsim.scenario import LogShear, Scenario, Survey, Track, TrackLog, ground_of, legs_allowed, needed_s, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -80,7 +81,7 @@ def fly(
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
     if isinstance(scenario.pattern, Track):
         return _fly_log(scenario, aircraft, track, ground)
-    plane, path, setup = _plan(scenario, aircraft.facts, ground)
+    plane, path, setup, heights = _plan(scenario, aircraft.facts, ground)
     _check_wind(scenario, path)
     parts = parts_of(scenario.pattern)
     trains = [train for part in parts for train in part.maneuvers]
@@ -101,6 +102,7 @@ def fly(
         parts=parts,
         ground=ground,
         watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
+        heights=heights,
     )
     expected_s = warmup_s + _flying_time(scenario, path) + MARGIN_S
     tick = None if progress is None else _progress(progress, expected_s)
@@ -110,7 +112,7 @@ def fly(
         raise DataError(error.told(error.time_s - warmup_s)) from None
     if progress is not None:
         progress(1.0)
-    return _flight(scenario, aircraft, pilot, log, response.arrays() if axes else {})
+    return _flight(scenario, aircraft, pilot, log, response.arrays() if axes else {}, ground)
 
 
 def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, ground: Ground | None) -> Flight:
@@ -123,14 +125,14 @@ def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, gro
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
     """Step the same flight model at the same rate for a time and do nothing else: the yardstick of speed."""
     ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
-    _, _, setup = _plan(scenario, aircraft.facts, ground)
+    _, _, setup, _ = _plan(scenario, aircraft.facts, ground)
     bare_steps(aircraft.facts, setup, round(duration_s * setup.step_hz))
 
 
 def _plan(
     scenario: Scenario, facts: Facts, ground: Ground | None = None
-) -> tuple[LocalPlane, tuple[Element, ...], Setup]:
-    """The path, and a start on its first leg's course that is one warm-up before its beginning."""
+) -> tuple[LocalPlane, tuple[Element, ...], Setup, HeightPlan | None]:
+    """The path, a start on its first leg's course that is one warm-up before its beginning, heights of a drape."""
     start, air = scenario.start, scenario.air
     plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
     wind = air.wind_mps
@@ -138,10 +140,25 @@ def _plan(
     path = path_of(scenario.pattern, start.heading_deg, fastest, facts.autopilot.bank_ease.value)
     course = path[0].at(0.0).course
     check_pole(path, plane)
-    before = path[0].at(-scenario.flight.warmup_s * ground_speed(start.speed_mps, course, wind))
+    before_m = scenario.flight.warmup_s * ground_speed(start.speed_mps, course, wind)
+    before = path[0].at(-before_m)
     lat, lon = plane.geodetic(before.north_m, before.east_m)
     below = 0.0 if ground is None else float(ground.height(np.array(lat), np.array(lon)))
-    if below >= start.alt_m:
+    heights, alt_m = None, start.alt_m
+    if isinstance(scenario.pattern, Survey) and scenario.pattern.drape_m is not None and ground is not None:
+        heights = plan_drape(
+            path,
+            plane,
+            ground,
+            drape_m=scenario.pattern.drape_m,
+            slope=scenario.pattern.climb_slope,
+            speed_mps=fastest,
+            before_m=before_m,
+            after_m=2.0 * MARGIN_S * fastest,
+            ceiling_m=facts.limits.ceiling.value,
+        )
+        alt_m = heights.at(-before_m)
+    if below >= alt_m:
         msg = (
             f"start.alt_m: {start.alt_m:g} m is not above the ground where the flight begins, {below:.1f} m above the "
             "ellipsoid; allowed: above that"
@@ -149,11 +166,12 @@ def _plan(
         raise RequestError(msg)
     # The wind of the scenario holds at the start point; a logarithmic shear counts from the ground there.
     at_start = 0.0 if ground is None else float(ground.height(np.array(plane.lat_rad), np.array(plane.lon_rad)))
-    reference = start.alt_m - at_start if isinstance(air.shear, LogShear) else start.alt_m
+    first_m = start.alt_m if heights is None else heights.at(0.0)
+    reference = first_m - at_start if isinstance(air.shear, LogShear) else first_m
     setup = Setup(
         lat_rad=lat,
         lon_rad=lon,
-        alt_m=start.alt_m,
+        alt_m=alt_m,
         course=course - plane.north_at(lat, lon),
         speed_mps=start.speed_mps,
         wind_mps=wind,
@@ -161,7 +179,7 @@ def _plan(
         ground_m=below,
         weather=weather_of(air, scenario.seed, reference, _longest(scenario, path)),
     )
-    return plane, path, setup
+    return plane, path, setup, heights
 
 
 def _longest(scenario: Scenario, path: Sequence[Element]) -> float:
@@ -238,6 +256,7 @@ def _flight(
     pilot: Pilot,
     log: Log,
     response: dict[str, np.ndarray],
+    ground: Ground | None,
 ) -> Flight:
     """Cut the log and tell what was flown."""
     crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
@@ -268,5 +287,6 @@ def _flight(
             "loop_response": {name: values.tolist() for name, values in response.items()},
             **pattern_notes(scenario, pilot.path, carrier, segments, sweeps),
             **amplitude_notes(maneuvers),
+            **drape_notes(pilot.planned, zero, segments, carrier, ground),
         },
     )

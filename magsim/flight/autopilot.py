@@ -6,8 +6,8 @@ are in ``INPUTS``; ``Sine`` names those of a generator. Angles in radians, times
 
 The loops, with V the true airspeed, s and c the sine of a generator and its derivative, I[.] clipped integrals::
 
-    path       e_gam = hold (clip(k_h (h_set - h)) - hdot) / V
-               gam = clip(k_g e_gam + I[e_gam])
+    path       e_gam = hold (clip(k_h (h_set - h)) + climb - hdot) / V
+               gam = clip(k_g e_gam + I[e_gam]) + climb / V
     pitch      e_th = theta_0 + gam + turn + s_pitch - theta
                elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
     heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
@@ -35,6 +35,7 @@ INPUTS = (
     "ap/on",
     "ap/hold-height",
     "ap/height-ft",
+    "ap/climb-fps",
     "ap/theta-rad",
     "ap/hold-heading",
     "ap/heading-rad",
@@ -165,12 +166,16 @@ def _vertical(facts: Facts) -> str:
     """Height, path, pitch and speed."""
     gains, pitch = facts.autopilot, Sine("pitch")
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
-    climb = _clip(
+    back = _clip(
         _product(gains.altitude.value, _difference("ap/height-ft", "position/geod-alt-ft")),
         gains.climb_limit.value / FT,
     )
+    # The climb of a height plan is flown at once; the loops only bring back what is left.
+    climb = _sum(back, "ap/climb-fps")
+    planned = _product("ap/on", "ap/hold-height", _quotient("ap/climb-fps", speed))
     path_error = _product("ap/on", "ap/hold-height", _quotient(_difference(climb, "velocities/h-dot-fps"), speed))
-    path = _clip(_sum(_product(gains.path.value, "ap/path-error-rad"), "ap/integral/path"), gains.path_limit.value)
+    steered = _sum(_product(gains.path.value, "ap/path-error-rad"), "ap/integral/path")
+    path = _sum(_clip(steered, gains.path_limit.value), planned)
     # In a turn the wing must lift 1/cos(bank) times the weight: more pitch at once, without waiting for the height.
     least_pressure = 0.5 * facts.aero.cruise_density.value * _least_speed(facts) ** 2
     weight_alpha = facts.mass.mass.value * G0 / LBF / derivatives(facts).cl_alpha

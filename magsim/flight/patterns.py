@@ -23,7 +23,7 @@ from magsim.flight.elements import (
     turn_radius,
     turn_shape,
 )
-from magsim.scenario import Cloverleaf, HeadingCross, PatternBase, PatternSequence, Square, parts_of
+from magsim.scenario import Cloverleaf, HeadingCross, PatternBase, PatternSequence, Square, Survey, parts_of
 
 __all__ = [
     "Arc",
@@ -170,7 +170,8 @@ def path_of(
     for number, part in enumerate(parts_of(pattern)):
         shape = turn_shape(turn_radius(ground_speed_mps, part.bank_deg), ground_speed_mps * ease_s)
         heading = heading_deg if part.heading_deg is None else part.heading_deg
-        drawn = _draw(part, heading, shape, Label(circuits, 0, False, heading, part=number))
+        label = Label(circuits, 0, False, heading, part=number)
+        drawn = _draw(part, heading, shape, label, part.lead_s * ground_speed_mps)
         if elements:
             last = elements[-1]
             label = last.label._replace(turn=True, transit=True)
@@ -182,8 +183,11 @@ def path_of(
     return tuple(elements)
 
 
-def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label) -> list[Element]:
-    """Elements of one pattern; ``base`` counts the circuits that were flown before it."""
+def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label, lead_m: float) -> list[Element]:
+    """Elements of one pattern; ``base`` counts the circuits that were flown before it.
+
+    ``lead_m`` is what the fastest flight covers in the pattern's lead time.
+    """
     side = 1 if part.turn == "right" else -1
     origin = Place(part.north_m, part.east_m, math.radians(heading_deg), 0.0)
     if isinstance(part, Square):
@@ -192,6 +196,8 @@ def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label) 
         return _cloverleaf(part, origin, side, shape, base)
     if isinstance(part, HeadingCross):
         return _cross(part, origin, side, shape, base)
+    if isinstance(part, Survey):
+        return _survey(part, origin, side, shape, base, lead_m)
     return [Straight(base._replace(circuit=base.circuit + 1, leg=1), origin, part.leg_m)]
 
 
@@ -258,6 +264,40 @@ def _cross(part: HeadingCross, origin: Place, side: int, shape: TurnShape, base:
             pen.to(starts[leg], last._replace(turn=True))
         pen.straight(part.leg_m, label)
     return pen.elements
+
+
+def _survey(part: Survey, origin: Place, side: int, shape: TurnShape, base: Label, lead_m: float) -> list[Element]:
+    """Lines to and fro, then tie lines to and fro across them, beginning where the last line ended."""
+
+    def leg(along_m: float, aside_m: float, turned: float) -> Place:
+        sin, cos, aside = math.sin(origin.course), math.cos(origin.course), side * aside_m
+        north, east = origin.north_m + along_m * cos - aside * sin, origin.east_m + along_m * sin + aside * cos
+        return Place(north, east, origin.course + side * turned, 0.0)
+
+    half, width = 0.5 * math.pi, (part.lines - 1) * part.spacing_m
+    legs = [
+        (1, i, 180.0 * (i % 2), part.line_m, leg(part.line_m * (i % 2), i * part.spacing_m, 2.0 * half * (i % 2)))
+        for i in range(part.lines)
+    ]
+    first = 0.5 * (part.line_m - (part.ties - 1) * part.tie_spacing_m)
+    far_end = part.lines % 2 == 1
+    for i in range(part.ties):
+        along = first + (part.ties - 1 - i if far_end else i) * part.tie_spacing_m
+        back = i % 2 == 0  # the last line is the one that lies farthest aside
+        start = leg(along, width + part.tie_overlap_m if back else -part.tie_overlap_m, 3.0 * half if back else half)
+        legs.append((2, i, 270.0 if back else 90.0, part.tie_m, start))
+    elements: list[Element] = []
+    for index, (circuit, i, turned, length, start) in enumerate(legs):
+        if elements:
+            last, before = elements[-1], _before(start, lead_m)
+            label = last.label._replace(turn=True)
+            elements += connect(last.at(last.length_m), before, shape.radius_m, shape.ease_m, label)
+            if lead_m > 0.0:
+                elements.append(Straight(label, before, lead_m))
+        heading = _compass(base.heading_deg + side * turned)
+        label = Label(base.circuit + circuit, i + 1, False, heading, part=base.part, index=index)
+        elements.append(Straight(label, start, length))
+    return elements
 
 
 def _before(place: Place, distance_m: float) -> Place:

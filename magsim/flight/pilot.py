@@ -4,6 +4,7 @@ import math
 from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.wgs84 import radii_of_curvature
 from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
+from magsim.flight.drape import HeightPlan
 from magsim.flight.elements import Element
 from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, wrap
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
@@ -21,6 +23,10 @@ from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import PatternBase
 from magsim.terrain import Ground
 from magsim.trajectory import Trajectory
+from magsim.units import FT
+
+CLIMB_LEAD_S = 0.8
+"""The pitch loops take about so long to take up a planned climb."""
 
 AHEAD_TICKS = 10
 """The ground is looked up for so many ticks at once, along the straight line ahead."""
@@ -109,6 +115,13 @@ class Pilot:
         Below the path; without it, or where it is level, it stays as the plant began.
     watch : Watch, optional
         Ends the flight when controls saturate or a leg is missed.
+    heights : HeightPlan, optional
+        Along the path; without it the plant's first height is held.
+
+    Attributes
+    ----------
+    planned : list of (float, float)
+        Time of each tick [s] and planned height there [m]; empty without a plan.
     """
 
     def __init__(
@@ -125,9 +138,13 @@ class Pilot:
         sweeps: Sequence[Sweep] = (),
         ground: Ground | None = None,
         watch: Watch | None = None,
+        heights: HeightPlan | None = None,
     ) -> None:
         self._ground = None if ground is None or ground.level else ground
         self._below: list[float] = []
+        self._heights = heights
+        self._before_m = [0.0, *accumulate(element.length_m for element in path)]
+        self.planned: list[tuple[float, float]] = []
         self.plant = Plant(facts, setup)
         self.guidance = Guidance(path, facts, along_m)
         self.sweeps: list[Sweep] = list(sweeps)
@@ -180,6 +197,15 @@ class Pilot:
             self.plant.command(name, setting)
         # The set point stands still for a tick while north turns: give it the turn of half a tick.
         self._give(order, order.heading - turned - 0.5 * turning)
+        if self._heights is not None:
+            self._climb(self._heights, time, math.hypot(motion.v_north, motion.v_east))
+
+    def _climb(self, heights: HeightPlan, time_s: float, speed: float) -> None:
+        """Order the planned height at the middle of the next tick, and the planned climb one delay of the loops on."""
+        along = self._before_m[self.guidance.index] + self.guidance.along_m
+        self.planned.append((time_s, heights.at(along)))
+        self.plant.command("ap/height-ft", heights.at(along + 0.5 * speed / TICK_HZ) / FT)
+        self.plant.command("ap/climb-fps", heights.slope(along + CLIMB_LEAD_S * speed) * speed / FT)
 
     def _look_ahead(self, ground: Ground) -> list[float]:
         """Height of the ground [m] at the middle of each of the next ticks, the last one first."""

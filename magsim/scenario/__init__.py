@@ -36,7 +36,9 @@ from magsim.scenario.patterns import (
     PatternBase,
     Square,
     StraightLine,
+    Survey,
     check_pattern,
+    check_surveys,
     legs_allowed,
     needed_s,
     parts_of,
@@ -93,6 +95,7 @@ __all__ = [
     "Square",
     "Start",
     "StraightLine",
+    "Survey",
     "Swing",
     "Terrain",
     "Track",
@@ -147,7 +150,10 @@ class Scenario(Strict):
             if isinstance(pattern, Track):
                 found = [*check_track(pattern, has_ground=terrain is not None)]
             else:
-                found = [*check_pattern(pattern, start, aircraft_of(info))]
+                found = [
+                    *check_pattern(pattern, start, aircraft_of(info)),
+                    *check_surveys(pattern, has_ground=terrain is not None),
+                ]
             if found:
                 raise Problems(*found)
         return pattern

@@ -227,8 +227,58 @@ class StraightLine(Maneuvering):
         return 1
 
 
+class Survey(PatternBase):
+    """Parallel lines flown to and fro, then tie lines across them; level, or draped over the ground.
+
+    The first line begins at the pattern's origin on its course; the next lie beside it on the side that ``turn`` names.
+    Lines are the legs of the first circuit, tie lines those of the second.
+    """
+
+    kind: Literal["survey"] = "survey"
+    lead_s: NonNegative = Field(default=5.0, le=120.0, description="flown on a line's course before it begins")
+    lines: int = Field(default=4, ge=1, le=500, description="number of lines")
+    line_m: float = Field(default=10_000.0, ge=500.0, le=LONGEST_LEG_M, description="length of a line")
+    spacing_m: float = Field(default=500.0, ge=10.0, le=20_000.0, description="distance of the lines")
+    ties: int = Field(default=0, ge=0, le=500, description="number of tie lines")
+    tie_spacing_m: float = Field(default=2_000.0, ge=10.0, le=50_000.0, description="distance of the tie lines")
+    tie_overlap_m: float = Field(
+        default=500.0, ge=0.0, le=20_000.0, description="tie lines reach so far beyond the outer lines"
+    )
+    drape_m: float | None = Field(
+        default=None, ge=20.0, le=3_000.0, description="least planned height above ground; without it start.alt_m"
+    )
+    climb_slope: float = Field(
+        default=0.03, ge=0.005, le=0.2, description="steepest planned climb and descent, height over distance"
+    )
+
+    @property
+    def maneuvers(self) -> tuple[()]:
+        """A survey has none; a sequence can fly them before it."""
+        return ()
+
+    @property
+    def circuits(self) -> int:
+        """The lines, and the tie lines if there are any."""
+        return 2 if self.ties else 1
+
+    @property
+    def legs(self) -> int:
+        """Legs of the circuit that has most."""
+        return max(self.lines, self.ties)
+
+    @property
+    def leg_m(self) -> float:
+        """Length of a line [m]."""
+        return self.line_m
+
+    @property
+    def tie_m(self) -> float:
+        """Length of a tie line [m]."""
+        return (self.lines - 1) * self.spacing_m + 2.0 * self.tie_overlap_m
+
+
 LegPattern = Annotated[
-    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross, Discriminator("kind")
+    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | Survey, Discriminator("kind")
 ]
 
 
@@ -263,6 +313,28 @@ def check_pattern(
         for check in (check_course(part, start), check_fit(part, start), check_loads(part, start, aircraft)):
             for key, text in check:
                 yield prefix + key, text
+
+
+def check_surveys(pattern: PatternBase | Sequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
+    """Tie lines must cross the lines; a drape needs the ground, and the flight for itself."""
+    for number, part in enumerate(parts_of(pattern)):
+        if not isinstance(part, Survey):
+            continue
+        prefix = f"parts[{number}]." if isinstance(pattern, Sequence) else ""
+        span = (part.ties - 1) * part.tie_spacing_m
+        if span > part.line_m:
+            text = (
+                f"{part.ties} tie lines {part.tie_spacing_m:g} m apart take {span:g} m, more than a line of "
+                f"{part.line_m:g} m; allowed: fewer or closer tie lines"
+            )
+            yield f"{prefix}tie_spacing_m", text
+        if part.ties and part.tie_m < 100.0:
+            text = f"tie lines would be {part.tie_m:g} m long; allowed: at least 100, by overlap or more lines"
+            yield f"{prefix}tie_overlap_m", text
+        if part.drape_m is not None and not has_ground:
+            yield f"{prefix}drape_m", "a drape needs the ground; allowed: with a table [terrain]"
+        if part.drape_m is not None and isinstance(pattern, Sequence):
+            yield f"{prefix}drape_m", "a draped survey cannot be part of a sequence; allowed: as a flight of its own"
 
 
 def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magsim.earth import ecef_from_geodetic, radii_of_curvature, rot_ne_at
+from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 
 
 class TangentPlane:
@@ -20,7 +20,8 @@ class TangentPlane:
     def __init__(self, lat_rad: float, lon_rad: float, alt_m: float = 0.0) -> None:
         self.lat_rad, self.lon_rad, self.alt_m = lat_rad, lon_rad, alt_m
         self._origin = ecef_from_geodetic(lat_rad, lon_rad, alt_m)
-        self._axes = rot_ne_at(lat_rad, lon_rad)[:2]
+        rot_ne = rot_ne_at(lat_rad, lon_rad)
+        self._axes, self._up = rot_ne[:2], -rot_ne[2]
 
     def place(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """North and east [m] of places on the surface, (...) each."""
@@ -38,13 +39,18 @@ class TangentPlane:
         return by_north * north[..., 0] + by_east * north[..., 1], by_north * east[..., 0] + by_east * east[..., 1]
 
     def geodetic(self, north_m: np.ndarray, east_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Latitude and longitude [rad] of places of the plane, (...) each, by Newton's method on ``place``."""
-        lat = np.full(np.shape(north_m), self.lat_rad)
-        lon = np.full(np.shape(north_m), self.lon_rad)
+        """Latitude and longitude [rad] of places of the plane, (...) each.
+
+        A place is where the perpendicular of the plane meets the surface; each pass moves along it by the height that
+        is missing.
+        """
+        flat = (
+            self._origin
+            + np.asarray(north_m)[..., None] * self._axes[0]
+            + np.asarray(east_m)[..., None] * self._axes[1]
+        )
+        above = np.zeros(np.shape(north_m))
         for _ in range(8):
-            x, y = self.place(lat, lon)
-            north, east = self.turn(lat, lon, north_m - x, east_m - y)
-            meridian, normal = radii_of_curvature(lat)
-            lat = lat + north / (meridian + self.alt_m)
-            lon = lon + east / ((normal + self.alt_m) * np.cos(lat))
+            lat, lon, alt = geodetic_from_ecef(flat + above[..., None] * self._up)
+            above = above + self.alt_m - alt
         return lat, lon
