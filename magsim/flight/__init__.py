@@ -112,7 +112,7 @@ def fly(
         raise DataError(error.told(error.time_s - warmup_s)) from None
     if progress is not None:
         progress(1.0)
-    return _flight(scenario, aircraft, pilot, log, response.arrays() if axes else {}, ground)
+    return _flight(scenario, aircraft, pilot, log, response=response.arrays() if axes else {}, ground=ground)
 
 
 def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, ground: Ground | None) -> Flight:
@@ -255,6 +255,7 @@ def _flight(
     aircraft: Aircraft,
     pilot: Pilot,
     log: Log,
+    *,
     response: dict[str, np.ndarray],
     ground: Ground | None,
 ) -> Flight:

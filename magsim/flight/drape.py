@@ -162,8 +162,8 @@ def plan_drape(
     highest = float(heights.max())
     if highest > ceiling_m:
         msg = (
-            f"pattern.drape_m: {drape_m:g} m above this ground reaches {highest:.0f} m above the ellipsoid; allowed: up "
-            f"to the ceiling of the aircraft, {ceiling_m:g} m"
+            f"pattern.drape_m: {drape_m:g} m above this ground reaches {highest:.0f} m above the ellipsoid; allowed: "
+            f"up to the ceiling of the aircraft, {ceiling_m:g} m"
         )
         raise RequestError(msg)
     return HeightPlan(-before_m, heights, below, lift)

@@ -197,7 +197,7 @@ def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label, 
     if isinstance(part, HeadingCross):
         return _cross(part, origin, side, shape, base)
     if isinstance(part, Survey):
-        return _survey(part, origin, side, shape, base, lead_m)
+        return _survey(part, origin, side, shape, base, lead_m=lead_m)
     return [Straight(base._replace(circuit=base.circuit + 1, leg=1), origin, part.leg_m)]
 
 
@@ -266,7 +266,7 @@ def _cross(part: HeadingCross, origin: Place, side: int, shape: TurnShape, base:
     return pen.elements
 
 
-def _survey(part: Survey, origin: Place, side: int, shape: TurnShape, base: Label, lead_m: float) -> list[Element]:
+def _survey(part: Survey, origin: Place, side: int, shape: TurnShape, base: Label, *, lead_m: float) -> list[Element]:
     """Lines to and fro, then tie lines to and fro across them, beginning where the last line ended."""
 
     def leg(along_m: float, aside_m: float, turned: float) -> Place:
