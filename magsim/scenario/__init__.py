@@ -110,7 +110,7 @@ __all__ = [
 ]
 
 Pattern = Annotated[
-    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | PatternSequence | Track,
+    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | Survey | PatternSequence | Track,
     Discriminator("kind"),
 ]
 """Every pattern that a scenario may name."""
