@@ -1,7 +1,7 @@
 """``magsim info``: what a recording holds."""
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -89,6 +89,9 @@ def _details(recording: "Recording") -> Iterator[Section]:
     maneuvers = recording.meta.get("maneuvers")
     if isinstance(maneuvers, list) and maneuvers:
         yield _maneuvers(maneuvers)
+    notes = recording.meta.get("notes")
+    if isinstance(notes, dict) and "drape_worst_error_m" in notes:
+        yield _drape(notes)
     yield from _heading_tables(recording)
 
 
@@ -153,6 +156,13 @@ def _maneuvers(maneuvers: Sequence[object]) -> Section:
     header = ("circuit", "leg", "kind", "axis", "start s", "period s", "cycles", "asked deg", "flown deg")
     header += ("half peak to peak deg", "residual deg", "off-axis deg")
     return Section("Maneuvers: amplitudes asked and flown (middle cycles)", header, tuple(rows))
+
+
+def _drape(notes: Mapping[str, object]) -> Section:
+    """How the planned heights of a draped survey were flown on its lines."""
+    keys = ("worst_error_m", "rms_error_m", "lowest_above_ground_m", "mean_above_ground_m", "highest_above_ground_m")
+    header = ("off plan, worst m", "rms m", "above ground, lowest m", "mean m", "highest m")
+    return Section("Drape: heights on the lines", header, (tuple(_word(notes.get(f"drape_{key}")) for key in keys),))
 
 
 def _heading_tables(recording: "Recording") -> Iterator[Section]:

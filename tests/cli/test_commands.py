@@ -89,6 +89,17 @@ def test_info_tells_what_a_recording_holds(here, capsys):
     assert "1        1    train  pitch  -        6         -       5          5.02" in out
 
 
+def test_info_tells_how_a_drape_was_flown(here, capsys):
+    recording = small()
+    notes = {"drape_worst_error_m": 1.25, "drape_lowest_above_ground_m": "\x1b[31m"}
+    Recording(recording.name, recording.time_s, recording.data, {"notes": notes}).write("drape.h5")
+    assert cli.main(["info", "drape.h5"]) == 0
+    out = capsys.readouterr().out
+    assert "Drape: heights on the lines" in out
+    assert "1.25" in out
+    assert "\x1b" not in out
+
+
 def test_info_lists_several_flights(here, capsys):
     file.write(Path("a.h5"), [small("one"), small("two")])
     assert cli.main(["info", "a.h5"]) == 0
