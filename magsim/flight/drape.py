@@ -9,6 +9,7 @@ rounding has taken off the crests is added everywhere.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -50,11 +51,16 @@ class HeightPlan:
     ground_m: np.ndarray
     rounding_m: float
 
+    @cached_property
+    def _heights(self) -> list[float]:
+        return self.height_m.tolist()  # plain numbers: they are asked for forty times a second
+
     def at(self, along_m: float) -> float:
         """Planned height [m] at a distance along the path; level beyond the ends."""
-        place = min(max((along_m - self.first_m) / STEP_M, 0.0), len(self.height_m) - 1.0)
-        index = min(int(place), len(self.height_m) - 2)
-        low, high = float(self.height_m[index]), float(self.height_m[index + 1])
+        heights = self._heights
+        place = min(max((along_m - self.first_m) / STEP_M, 0.0), len(heights) - 1.0)
+        index = min(int(place), len(heights) - 2)
+        low, high = heights[index], heights[index + 1]
         return low + (place - index) * (high - low)
 
     def slope(self, along_m: float) -> float:
