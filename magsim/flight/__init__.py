@@ -6,6 +6,7 @@ the lines, ``maneuvers`` the swings; ``fly`` joins them.
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import jsbsim
 import numpy as np
@@ -81,6 +82,7 @@ def fly(
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
     if isinstance(scenario.pattern, Track):
         return _fly_log(scenario, aircraft, track, ground)
+    aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
     plane, path, setup, heights = _plan(scenario, aircraft.facts, ground)
     _check_wind(scenario, path)
     parts = parts_of(scenario.pattern)
@@ -88,7 +90,7 @@ def fly(
     axes = tuple(dict.fromkeys(swing.axis for train in trains for swing in train.swings))
     response = UNITY
     if axes:
-        response = loop_response(aircraft.facts, axes, setup.speed_mps, setup.alt_m, setup.step_hz)
+        response = loop_response(aircraft.facts, axes, setup)
     warmup_s, log_hz = scenario.flight.warmup_s, scenario.flight.log_hz
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.wind_mps)
     pilot = Pilot(
@@ -124,9 +126,10 @@ def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, gro
 
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
     """Step the same flight model at the same rate for a time and do nothing else: the yardstick of speed."""
+    facts = scenario.loading.apply(aircraft.facts)
     ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
-    _, _, setup, _ = _plan(scenario, aircraft.facts, ground)
-    bare_steps(aircraft.facts, setup, round(duration_s * setup.step_hz))
+    _, _, setup, _ = _plan(scenario, facts, ground)
+    bare_steps(facts, setup, round(duration_s * setup.step_hz))
 
 
 def _plan(
@@ -178,6 +181,8 @@ def _plan(
         step_hz=scenario.flight.step_hz,
         ground_m=below,
         weather=weather_of(air, scenario.seed, reference, _longest(scenario, path)),
+        flap_rad=math.radians(start.flap_deg),
+        burn=scenario.loading.burn_fuel,
     )
     return plane, path, setup, heights
 
@@ -225,6 +230,9 @@ def _finished(expected_s: float) -> Callable[[Pilot], bool]:
 
     def finished(pilot: Pilot) -> bool:
         end, now = pilot.guidance.finished_s, pilot.plant.time_s
+        if pilot.plant.fuel_kg <= 0.0:
+            msg = f"the fuel was burned {now:.0f} s after the start; allowed: more of loading.fuel_kg"
+            raise DataError(msg)
         if end is None and now > longest:
             element = pilot.path[pilot.guidance.index]
             where = f"{'the turn after ' if element.turn else ''}leg {element.leg} of circuit {element.circuit}"
@@ -284,7 +292,8 @@ def _flight(
             "step_hz": scenario.flight.step_hz,
             "log_hz": log_hz,
             "warmup_s": scenario.flight.warmup_s,
-            "mass_kg": aircraft.facts.mass.mass.value,
+            "mass_kg": aircraft.facts.mass_kg,
+            "fuel_left_kg": pilot.plant.fuel_kg,
             "loop_response": {name: values.tolist() for name, values in response.items()},
             **pattern_notes(scenario, pilot.path, carrier, segments, sweeps),
             **amplitude_notes(maneuvers),

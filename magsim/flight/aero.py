@@ -67,7 +67,7 @@ def lift_slope(aspect_ratio: float) -> float:
 def inertia(facts: Facts) -> Inertia:
     """Moments of inertia by radii of gyration (Roskam, Airplane Design V, ch. 3)."""
     mass, geometry = facts.mass, facts.geometry
-    kg, span, length = mass.mass.value, geometry.span.value, geometry.length.value
+    kg, span, length = facts.mass_kg, geometry.span.value, geometry.length.value
     zz = kg * (mass.gyration_yaw.value * (span + length) / 4.0) ** 2
     return Inertia(
         xx=kg * (mass.gyration_roll.value * span / 2.0) ** 2,
@@ -164,3 +164,21 @@ def lift_curve(facts: Facts) -> tuple[tuple[float, float], ...]:
 def stall_angle(facts: Facts) -> float:
     """Angle of attack of the largest lift [rad]."""
     return max(lift_curve(facts), key=lambda point: point[1])[0]
+
+
+def flap_curve(facts: Facts) -> tuple[tuple[float, float, float], ...]:
+    """Points (deflection [rad], lift coefficient, drag coefficient) of the flaps; none where there are no flaps.
+
+    The lift is the same at every angle of attack: that of the largest lift of a wing of which a part has flaps
+    (Raymer, Aircraft Design, eq. 12.21), 0.9 times section lift, chord extension and area fraction. The drag is
+    Raymer's eq. 12.61; the induced part follows from the lift.
+    """
+    flap = facts.controls.flap
+    if flap is None:
+        return ()
+    full = 0.9 * flap.section_lift.value * flap.chord_extension.value * flap.area_fraction.value
+    shape = flap.section_drag.value * flap.chord_fraction.value * flap.area_fraction.value
+    return tuple(
+        (math.radians(at), full * part, shape * max(0.0, at - 10.0))
+        for at, part in zip(flap.effect.at, flap.effect.value, strict=True)
+    )

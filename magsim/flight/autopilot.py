@@ -178,7 +178,7 @@ def _vertical(facts: Facts) -> str:
     path = _sum(_clip(steered, gains.path_limit.value), planned)
     # In a turn the wing must lift 1/cos(bank) times the weight: more pitch at once, without waiting for the height.
     least_pressure = 0.5 * facts.aero.cruise_density.value * _least_speed(facts) ** 2
-    weight_alpha = facts.mass.mass.value * G0 / LBF / derivatives(facts).cl_alpha
+    weight_alpha = facts.mass_kg * G0 / LBF / derivatives(facts).cl_alpha
     alpha = _quotient(weight_alpha, _product(_max(least_pressure * FT**2 / LBF, "aero/qbar-psf"), "metrics/Sw-sqft"))
     turn = _product(alpha, _difference(_quotient(1.0, _cos("ap/bank-command-rad")), 1.0))
     wanted = _sum("ap/theta-rad", "ap/path-rad", turn, pitch["sine-rad"])

@@ -23,7 +23,7 @@ LOWEST_M = 500.0
 """Lower flights are calibrated here, clear of the ground; the density differs by a twentieth at most."""
 
 
-def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: float, step_hz: int) -> LoopResponse:
+def loop_response(facts: Facts, axes: tuple[str, ...], setup: Setup) -> LoopResponse:
     """Response of the loops on some axes, from the cache where it has been measured before.
 
     Parameters
@@ -31,9 +31,8 @@ def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: 
     facts : Facts
     axes : tuple of str
         Which of pitch, roll, yaw.
-    speed_mps, alt_m : float
-        True airspeed and height.
-    step_hz : int
+    setup : Setup
+        Speed, height, flaps and step rate of the flight; its wind and its place do not matter.
 
     Raises
     ------
@@ -42,32 +41,40 @@ def loop_response(facts: Facts, axes: tuple[str, ...], speed_mps: float, alt_m: 
     """
     model = hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest()
     arrays: dict[str, np.ndarray] = {}
-    alt_m = max(alt_m, LOWEST_M)
+    setup = Setup(
+        lat_rad=0.0,
+        lon_rad=0.0,
+        alt_m=max(setup.alt_m, LOWEST_M),
+        course=0.0,
+        speed_mps=setup.speed_mps,
+        step_hz=setup.step_hz,
+        flap_rad=setup.flap_rad,
+    )
     for axis in axes:
         key = {
             "model": model,
             "jsbsim": str(jsbsim.__version__),
             "axis": axis,
-            "speed_mps": speed_mps,
-            "alt_m": alt_m,
-            "step_hz": step_hz,
+            "speed_mps": setup.speed_mps,
+            "alt_m": setup.alt_m,
+            "step_hz": setup.step_hz,
+            "flap_rad": setup.flap_rad,
             "method": 3,
         }
 
         def make(axis: str = axis) -> dict[str, np.ndarray]:
-            return measure_response(facts, axis, speed_mps, alt_m, step_hz).arrays()
+            return measure_response(facts, axis, setup).arrays()
 
         arrays |= cached("loops", key, make)
     return LoopResponse.from_arrays(arrays)
 
 
-def measure_response(facts: Facts, axis: str, speed_mps: float, alt_m: float, step_hz: int) -> LoopResponse:
+def measure_response(facts: Facts, axis: str, setup: Setup) -> LoopResponse:
     """Fly trains of every period of the grid in still air, along a line over the equator, and fit them.
 
     Twice: the second flight is asked for the inverse of what the first one showed, so that the guidance meets the
     swings that it will meet later; what it finds is multiplied to the first.
     """
-    setup = Setup(lat_rad=0.0, lon_rad=0.0, alt_m=alt_m, course=0.0, speed_mps=speed_mps, step_hz=step_hz)
     margin = stall_angle(facts) - STALL_MARGIN - trim(facts, setup).pitch
     sweeps = calibration_sweeps(axis, math.degrees(margin))
     response = UNITY

@@ -10,18 +10,18 @@ JSBSim's structural frame is x aft, y right, z up in inches, from the manufactur
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from magsim.aircraft.facts import Facts
-from magsim.flight.aero import derivatives, inertia, lift_curve
+from magsim.flight.aero import derivatives, flap_curve, inertia, lift_curve
 from magsim.flight.autopilot import system_xml
+from magsim.flight.balance import dry_inertia, dry_mass, tanks
 from magsim.flight.engines import ENGINE, THRUSTER, engine_files
 from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
 
 SYSTEM, AIR = "survey_autopilot", "air"
 STILL_AIR = '<?xml version="1.0"?>\n<system name="air"/>\n'
 """The system of shear and gusts where there is neither."""
-
-FUEL_SHARE = 1.0 / 80.0
-"""Part of the mass that is fuel, so that the engine lives; none is burned, so mass and center of gravity stay."""
 
 
 def inches_from_body(position_b: Sequence[float], facts: Facts) -> tuple[float, float, float]:
@@ -66,14 +66,13 @@ def write_model(facts: Facts, folder: Path, name: str, *, twin: bool = False, ai
 def airframe_xml(facts: Facts, name: str) -> str:
     """The airframe: metrics, mass, wheels, engine, aerodynamics.
 
-    The product of inertia is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its
-    negative.
+    Aerodynamic moments refer to a point of the airframe, whatever the load does to the center of gravity. The product
+    of inertia is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its negative.
     """
     geometry = facts.geometry
-    cg = _location("CG", facts.cg_b, facts)
     moments = inertia(facts)
-    mass_lb = facts.mass.mass.value / LB
-    fuel_lb = FUEL_SHARE * mass_lb
+    whole = np.array([[moments.xx, 0.0, -moments.xz], [0.0, moments.yy, 0.0], [-moments.xz, 0.0, moments.zz]])
+    dry = dry_inertia(facts, whole) / SLUG_FT2
     return f"""<?xml version="1.0"?>
 <fdm_config name="{name}" version="2.0" release="BETA">
  <fileheader><author>magsim</author><description>{name}, generated from facts.toml</description></fileheader>
@@ -85,17 +84,17 @@ def airframe_xml(facts: Facts, name: str) -> str:
   <htailarm unit="FT">{geometry.tailplane_arm.value / FT!r}</htailarm>
   <vtailarea unit="FT2">{geometry.fin_area.value / FT**2!r}</vtailarea>
   <vtailarm unit="FT">{geometry.fin_arm.value / FT!r}</vtailarm>
-  {_location("AERORP", facts.cg_b, facts)}
+  {_location("AERORP", facts.aerodynamic_reference_b, facts)}
   {_location("EYEPOINT", facts.cg_b, facts)}
   {_location("VRP", facts.cg_b, facts)}
  </metrics>
  <mass_balance negated_crossproduct_inertia="false">
-  <ixx unit="SLUG*FT2">{moments.xx / SLUG_FT2!r}</ixx>
-  <iyy unit="SLUG*FT2">{moments.yy / SLUG_FT2!r}</iyy>
-  <izz unit="SLUG*FT2">{moments.zz / SLUG_FT2!r}</izz>
-  <ixz unit="SLUG*FT2">{moments.xz / SLUG_FT2!r}</ixz>
-  <emptywt unit="LBS">{mass_lb - fuel_lb!r}</emptywt>
-  {cg}
+  <ixx unit="SLUG*FT2">{float(dry[0, 0])!r}</ixx>
+  <iyy unit="SLUG*FT2">{float(dry[1, 1])!r}</iyy>
+  <izz unit="SLUG*FT2">{float(dry[2, 2])!r}</izz>
+  <ixz unit="SLUG*FT2">{float(-dry[0, 2])!r}</ixz>
+  <emptywt unit="LBS">{dry_mass(facts) / LB!r}</emptywt>
+  {_location("CG", facts.dry_cg_b, facts)}
  </mass_balance>
  <ground_reactions>
 {"".join(_wheel_xml(i, wheel.value, facts) for i, wheel in enumerate(geometry.wheels))} </ground_reactions>
@@ -105,13 +104,8 @@ def airframe_xml(facts: Facts, name: str) -> str:
     {_location("", facts.engine.position.value, facts)}
     <orient unit="DEG"><roll>0</roll><pitch>0</pitch><yaw>0</yaw></orient> <sense>1</sense>
    </thruster>
-   <feed>0</feed>
-  </engine>
-  <tank type="FUEL">
-   {_location("", facts.cg_b, facts)}
-   <capacity unit="LBS">{fuel_lb!r}</capacity> <contents unit="LBS">{fuel_lb!r}</contents>
-  </tank>
- </propulsion>
+{"".join(f"   <feed>{i}</feed>" + chr(10) for i in range(len(tanks(facts))))}  </engine>
+{"".join(_tank_xml(place, fuel, capacity, facts) for place, fuel, capacity in tanks(facts))} </propulsion>
  <system file="{SYSTEM}"/>
  <system file="{AIR}"/>
 {_aerodynamics_xml(facts)}</fdm_config>
@@ -124,9 +118,17 @@ def _location(name: str, position_b: Sequence[float], facts: Facts) -> str:
     return f'<location{title} unit="IN"><x>{x!r}</x><y>{y!r}</y><z>{z!r}</z></location>'
 
 
+def _tank_xml(position_b: Sequence[float], fuel_kg: float, capacity_kg: float, facts: Facts) -> str:
+    return f"""  <tank type="FUEL">
+   {_location("", position_b, facts)}
+   <capacity unit="LBS">{capacity_kg / LB!r}</capacity> <contents unit="LBS">{fuel_kg / LB!r}</contents>
+  </tank>
+"""
+
+
 def _wheel_xml(index: int, position_b: Sequence[float], facts: Facts) -> str:
     """A wheel that holds a third of the weight at about 0.1 m of travel; only contact is of interest."""
-    stiffness = facts.mass.mass.value * 9.81 / 3.0 / 0.1 * FT / LBF
+    stiffness = facts.mass_kg * 9.81 / 3.0 / 0.1 * FT / LBF
     return f"""  <contact type="BOGEY" name="wheel {index}">
    {_location("", position_b, facts)}
    <static_friction>0.8</static_friction><dynamic_friction>0.5</dynamic_friction>
@@ -153,15 +155,22 @@ def _aerodynamics_xml(facts: Facts) -> str:
 {curve}     </tableData></table>
    </function>
 """
+    wing = "aero/coefficient/cl-alpha"
+    flap_drag, flap_pitch = "", ""
+    if facts.controls.flap:
+        # With flaps the lift of the wing is that of its angle of attack and that of the flaps.
+        wing = "aero/coefficient/cl-wing"
+        lift += _flaps_xml(facts, wing)
+        flap_drag = "<property>aero/coefficient/cd-flap</property>"
+        flap_pitch = _term(facts.controls.flap.pitch_per_lift.value, "aero/coefficient/cl-flap")
     drag_terms = (
         f"<value>{d.cd_0!r}</value>"
-        f"<product><value>{d.cd_lift!r}</value><property>aero/coefficient/cl-alpha</property>"
-        "<property>aero/coefficient/cl-alpha</property></product>"
-        f"<product><value>{d.cd_sideslip!r}</value><abs><property>{beta}</property></abs></product>"
+        f"<product><value>{d.cd_lift!r}</value><property>{wing}</property><property>{wing}</property></product>"
+        f"<product><value>{d.cd_sideslip!r}</value><abs><property>{beta}</property></abs></product>{flap_drag}"
     )
     # Rates come first with their reference length, so that each group is multiplied once.
     lift_terms = (
-        "<property>aero/coefficient/cl-alpha</property>"
+        f"<property>{wing}</property>"
         + _rates(per_chord, (d.cl_q, q), (d.cl_alphadot, alphadot))
         + _term(d.cl_elevator, elevator)
     )
@@ -170,6 +179,7 @@ def _aerodynamics_xml(facts: Facts) -> str:
         + _term(d.cm_alpha, alpha)
         + _rates(per_chord, (d.cm_q, q), (d.cm_alphadot, alphadot))
         + _term(d.cm_elevator, elevator)
+        + flap_pitch
     )
     side_terms = _term(d.cy_beta, beta) + _rates(per_span, (d.cy_p, p), (d.cy_r, r)) + _term(d.cy_rudder, rudder)
     roll_terms = (
@@ -184,8 +194,10 @@ def _aerodynamics_xml(facts: Facts) -> str:
         + _term(d.yaw_aileron, aileron)
         + _term(d.yaw_rudder, rudder)
     )
+    # The trim looks for its angle of attack between these; JSBSim's own range ends at -5 degrees.
+    low, high = facts.limits.angle_of_attack.value
     return (
-        " <aerodynamics>\n"
+        f' <aerodynamics>\n  <alphalimits unit="DEG"><min>{low!r}</min><max>{high!r}</max></alphalimits>\n'
         + lift
         + _axis("DRAG", "", drag_terms)
         + _axis("SIDE", "", side_terms)
@@ -195,6 +207,22 @@ def _aerodynamics_xml(facts: Facts) -> str:
         + _axis("YAW", span, yaw_terms)
         + " </aerodynamics>\n"
     )
+
+
+def _flaps_xml(facts: Facts, wing: str) -> str:
+    """Lift and drag of the flaps over their deflection, and the lift of the whole wing."""
+    points = flap_curve(facts)
+    position = "fcs/flap-pos-rad"
+    text = ""
+    for name, column in (("cl", 1), ("cd", 2)):
+        rows = "".join(f"      {point[0]!r} {point[column]!r}\n" for point in points)
+        text += f"""   <function name="aero/coefficient/{name}-flap">
+     <table><independentVar lookup="row">{position}</independentVar><tableData>
+{rows}     </tableData></table>
+   </function>
+"""
+    lifts = "<property>aero/coefficient/cl-alpha</property><property>aero/coefficient/cl-flap</property>"
+    return text + f'   <function name="{wing}"><sum>{lifts}</sum></function>\n'
 
 
 def _term(coefficient: float, name: str) -> str:

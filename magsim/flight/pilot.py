@@ -70,14 +70,14 @@ class Log:
         return np.stack([self["wind_north"], self["wind_east"], self["wind_down"]], axis=-1)
 
     def controls(self) -> dict[str, np.ndarray]:
-        """Deflections [rad] by the right-hand rule about +y, for the rudder about +z; the flaps stay up."""
+        """Deflections [rad] by the right-hand rule about +y, for the rudder about +z."""
         left = self["aileron"]
         deflections = {
             "elevator": self["elevator"],
             "aileron_left": left,
             "aileron_right": -left,
             "rudder": self["rudder"],
-            "flap": np.zeros_like(left),
+            "flap": self["flap"].copy(),
         }
         for values in deflections.values():
             values.flags.writeable = False

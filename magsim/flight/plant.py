@@ -22,7 +22,7 @@ from magsim.flight.air import CALM, Weather, weather_xml
 from magsim.flight.autopilot import INPUTS, Sine
 from magsim.flight.engines import lever_of, settling_time
 from magsim.flight.model import STILL_AIR, write_model
-from magsim.units import FT, LBF, RHO0, SLUG_FT3
+from magsim.units import FT, LB, LBF, RHO0, SLUG_FT3
 
 INTEGRATORS = {"rate/rotational": 4, "position/rotational": 7, "rate/translational": 3, "position/translational": 4}
 """JSBSim's integrators: 3 is Adams-Bashforth of second order, 4 of third, 7 is Buss's augmented second-order step.
@@ -67,6 +67,7 @@ CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("wind_north", "atmosphere/total-wind-north-fps", FT),
     ("wind_east", "atmosphere/total-wind-east-fps", FT),
     ("wind_down", "atmosphere/total-wind-down-fps", FT),
+    ("flap", "fcs/flap-pos-rad", 1.0),
 )
 """Logged quantities: name, JSBSim's property, factor to SI."""
 
@@ -102,6 +103,10 @@ class Setup:
         Height of the ground above the ellipsoid there.
     weather : Weather
         What the air does beside its steady wind.
+    flap_rad : float
+        Deflection of the flaps, held.
+    burn : bool
+        Whether fuel is burned.
     """
 
     lat_rad: float
@@ -113,6 +118,8 @@ class Setup:
     step_hz: int = 120
     ground_m: float = 0.0
     weather: Weather = CALM
+    flap_rad: float = 0.0
+    burn: bool = False
 
 
 def ground_speed(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
@@ -199,8 +206,8 @@ def load_from(folder: Path, name: str, step_s: float, integrators: Mapping[str, 
     return fdm
 
 
-def trim(facts: Facts, setup: Setup) -> Trim:
-    """Straight and level flight in still air, by JSBSim's full trim of the twin with direct thrust.
+def trimmed_twin(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
+    """The twin with direct thrust, trimmed for straight and level flight in still air by JSBSim's full trim.
 
     Raises
     ------
@@ -214,6 +221,7 @@ def trim(facts: Facts, setup: Setup) -> Trim:
     fdm["ic/vt-fps"] = setup.speed_mps / FT
     fdm["propulsion/fuel_freeze"] = 1.0
     fdm.run_ic()
+    fdm["fcs/flap-pos-rad"] = setup.flap_rad
     fdm["propulsion/set-running"] = -1
     try:
         fdm.do_trim(1)
@@ -223,6 +231,12 @@ def trim(facts: Facts, setup: Setup) -> Trim:
             f"and {setup.alt_m:g} m; allowed: a speed above the stall and below full power at that height"
         )
         raise DataError(msg) from None
+    return fdm
+
+
+def trim(facts: Facts, setup: Setup) -> Trim:
+    """Attitude and commands of straight and level flight; raises as ``trimmed_twin`` does."""
+    fdm = trimmed_twin(facts, setup)
     names = (
         "fcs/throttle-cmd-norm",
         "fcs/pitch-trim-cmd-norm",
@@ -269,6 +283,7 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     fdm["propulsion/fuel_freeze"] = 1.0
     fdm["simulation/randomseed"] = setup.weather.seed
     fdm.run_ic()
+    fdm["fcs/flap-pos-rad"] = setup.flap_rad
     for name, value in trimmed.commands.items():
         fdm[name] = value
     fdm["propulsion/set-running"] = -1
@@ -286,6 +301,7 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
         fdm[name] = value
     for _ in range(round(settling_s * setup.step_hz)):
         fdm.run()
+    fdm["propulsion/fuel_freeze"] = 0.0 if setup.burn else 1.0
     return fdm
 
 
@@ -365,6 +381,11 @@ class Plant:
         """A quantity of the last row, in SI units."""
         index = COLUMN[name]
         return self.row[index] * CHANNELS[index][2]
+
+    @property
+    def fuel_kg(self) -> float:
+        """Fuel in the tanks."""
+        return float(self._fdm["propulsion/total-fuel-lbs"]) * LB
 
     def command(self, name: str, value: float) -> None:
         """Write a command or set point of the autopilot."""

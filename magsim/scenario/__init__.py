@@ -22,6 +22,7 @@ from magsim.errors import RequestError
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts, check_wind
 from magsim.scenario.base import aircraft_of
 from magsim.scenario.instruments import FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
+from magsim.scenario.loading import Loading
 from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Planned, Swing, Train, schedule
 from magsim.scenario.patterns import (
     LEGS,
@@ -77,6 +78,7 @@ __all__ = [
     "LegPattern",
     "LinearShear",
     "LoadedScenario",
+    "Loading",
     "LogShear",
     "Maneuver",
     "Part",
@@ -135,6 +137,7 @@ class Scenario(Strict):
     aircraft: str = Field(description="name of a folder in aircraft/")
     start: Start
     terrain: Terrain | None = Field(default=None, description="the ground; without it, the ellipsoid")
+    loading: Loading = Loading()
     flight: FlightSettings = FlightSettings()
     pattern: Pattern
     air: Air = Air()
