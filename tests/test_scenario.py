@@ -125,7 +125,10 @@ def test_every_mistake_in_one_pass_aircraft_limits_included(write):
     assert problems(write(text)) == [
         "s.toml:8: start.alt_m: 9000 m is above the ceiling of c208b; allowed: up to 7620",
         "s.toml:9: start.speed_mps: c208b cannot hold 300 m/s; allowed: 50 to 90",
-        "s.toml:11: start.wind: unknown key; known: lat_deg, lon_deg, alt_m, speed_mps, heading_deg, time_utc",
+        (
+            "s.toml:11: start.wind: unknown key; "
+            "known: lat_deg, lon_deg, alt_m, speed_mps, heading_deg, flap_deg, time_utc"
+        ),
         (
             "s.toml:17: pattern.maneuvers[0].amplitude_deg: 50 deg is no pitch amplitude for c208b; "
             "allowed: above 0, up to 15"

@@ -60,6 +60,8 @@ class MagTCNCompensator(ResidualNetwork):
         },
     }
 
+    # The held-out error rises first and falls below its start only after some hundred steps.
+    patience: Count = 40
     width: Count = 8
     expansion: Count = 2
     kernel: Kernel = 51
