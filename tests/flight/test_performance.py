@@ -32,7 +32,8 @@ def test_maximum_load_is_the_certified_one(heavy: Facts) -> None:
 
 @pytest.mark.parametrize("height_ft", [1000.0, 5000.0, 15000.0, 20000.0])
 def test_level_speed_at_other_heights_than_the_one_that_set_the_drag(cessna: Aircraft, height_ft: float) -> None:
-    # 171 knots of cruise and 175 of top speed (findaircraft.com, heights not given), 186 at most (general use, unsourced).
+    # 171 knots of cruise and 175 of top speed (findaircraft.com, heights not given); 186 at most (in general use,
+    # unsourced).
     assert 171.0 < top_speed(cessna.facts, height_ft * FT) / KNOT < 188.0
 
 
