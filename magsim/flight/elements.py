@@ -41,13 +41,10 @@ class Place(NamedTuple):
     curvature: float
 
 
-@dataclass(frozen=True)
-class Straight:
-    """A straight from a point on a course [rad]."""
+class _Labeled:
+    """What the label of an element says."""
 
     label: Label
-    start: Place
-    length_m: float
 
     @property
     def circuit(self) -> int:
@@ -68,6 +65,15 @@ class Straight:
     def heading_deg(self) -> float:
         """Planned course of the leg [deg]."""
         return self.label.heading_deg
+
+
+@dataclass(frozen=True)
+class Straight(_Labeled):
+    """A straight from a point on a course [rad]."""
+
+    label: Label
+    start: Place
+    length_m: float
 
     @cached_property
     def _tangent(self) -> tuple[float, float]:
@@ -85,33 +91,13 @@ class Straight:
 
 
 @dataclass(frozen=True)
-class Arc:
+class Arc(_Labeled):
     """A turn from a point on a course; ``side`` is 1 to the right, -1 to the left."""
 
     label: Label
     start: Place
     side: int
     shape: "TurnShape"
-
-    @property
-    def circuit(self) -> int:
-        """Number of the circuit, from 1."""
-        return self.label.circuit
-
-    @property
-    def leg(self) -> int:
-        """Number of the leg within its circuit, from 1."""
-        return self.label.leg
-
-    @property
-    def turn(self) -> bool:
-        """Whether it is flown between two legs."""
-        return self.label.turn
-
-    @property
-    def heading_deg(self) -> float:
-        """Planned course of the leg [deg]."""
-        return self.label.heading_deg
 
     @property
     def length_m(self) -> float:
