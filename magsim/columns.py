@@ -15,8 +15,14 @@ ROLES = ("input", "label", "truth", "segment")
 NAME_PATTERN = r"[a-z][a-z0-9_]*"
 """What a user may call a sensor, a mount or a surface."""
 
-COMPONENTS = ("earth", "permanent", "hinged", "induced", "eddy")
-"""Parts of the field at a sensor; their sum is the whole field. All but ``earth`` are interference."""
+BACKGROUND = ("earth", "crust", "target", "variation")
+"""Parts of the field at a sensor that are there without the aircraft."""
+
+PLATFORM = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics")
+"""Parts of the field at a sensor that the aircraft makes: the interference."""
+
+COMPONENTS = BACKGROUND + PLATFORM
+"""All parts; their sum is the whole field. A part that is off is absent from truth and from files."""
 
 AXES = ("x", "y", "z")
 
@@ -184,3 +190,9 @@ def sensors_of(names: Iterable[str], family: Family) -> tuple[str, ...]:
     """Names of the sensors that have a column of the given family, in order of appearance."""
     found = (family.match(name) for name in names)
     return tuple(dict.fromkeys(fields["sensor"] for fields in found if fields is not None))
+
+
+def components_of(names: Iterable[str], sensor: str) -> tuple[str, ...]:
+    """Parts of the field that have columns at a sensor, in the order of ``COMPONENTS``."""
+    names = set(names)
+    return tuple(c for c in COMPONENTS if PART.name(component=c, sensor=sensor, axis="x") in names)

@@ -58,7 +58,7 @@ def simulate(loaded: LoadedScenario, *, progress: Progress | None = None) -> Rec
     with threadpool_limits(1):
         told = _step(progress, "flight")
         flight = fly(scenario, aircraft, ground=loaded.ground, track=loaded.track, progress=told)
-        truth = compute_field(scenario, aircraft, flight, progress=_step(progress, "field"))
+        truth = compute_field(scenario, aircraft, flight, ground=loaded.ground, progress=_step(progress, "field"))
         done = _step(progress, "sensors")
         done(0.0)
         recording = record(loaded, flight, truth)

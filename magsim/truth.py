@@ -20,7 +20,7 @@ class FieldTruth:
     mounts : tuple of str
         Names of the mounts, in the order of the second axis of ``parts_b``.
     parts_b : mapping of str to (n, s, 3) [nT]
-        The parts named in ``magsim.columns.COMPONENTS``; their sum is the whole field.
+        Parts named in ``magsim.columns.COMPONENTS``; their sum is the whole field. A part that is off is absent.
     currents_a : mapping of str to (n,) [A]
         Currents that made the field, where the model knows them.
     """
@@ -53,14 +53,21 @@ class FieldTruth:
         """One part at one mount, (n, 3) [nT]."""
         return self.parts_b[name][:, self.mounts.index(mount)]
 
+    def background(self, mount: str) -> np.ndarray:
+        """The field at one mount without the aircraft, (n, 3) [nT]: the sum of the background parts."""
+        return self._sum(columns.BACKGROUND, mount)
+
     def platform(self, mount: str) -> np.ndarray:
-        """The aircraft's own field at one mount, (n, 3) [nT]: the sum of all parts but ``earth``."""
-        out = np.zeros((len(self.time_s), 3))
-        for name in self.parts_b:
-            if name != "earth":
-                out += self.part(name, mount)
-        return out
+        """The aircraft's own field at one mount, (n, 3) [nT]: the sum of the platform's parts."""
+        return self._sum(columns.PLATFORM, mount)
 
     def total(self, mount: str) -> np.ndarray:
         """The whole field at one mount, (n, 3) [nT]: the exact vector sum."""
-        return self.part("earth", mount) + self.platform(mount)
+        return self.background(mount) + self.platform(mount)
+
+    def _sum(self, names: tuple[str, ...], mount: str) -> np.ndarray:
+        out = np.zeros((len(self.time_s), 3))
+        for name in names:
+            if name in self.parts_b:
+                out += self.part(name, mount)
+        return out

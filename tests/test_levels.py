@@ -89,7 +89,8 @@ def test_linear_world_is_fitted_to_the_numerical_floor():
 def test_recorded_parts_add_up_to_the_whole_field(calibration):
     for sensor in calibration.scalars:
         parts = [
-            calibration.vector(columns.PART, component=component, sensor=sensor) for component in columns.COMPONENTS
+            calibration.vector(columns.PART, component=component, sensor=sensor)
+            for component in columns.components_of(calibration.data, sensor)
         ]
         norm = np.linalg.norm(np.sum(parts, axis=0), axis=1)
         # The norm of the filtered sum and the filtered norm differ by the curvature of the norm within the filter.

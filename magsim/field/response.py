@@ -1,6 +1,5 @@
 """What the metal of an aircraft does at each of its mounts: a pure function of its magnetic file."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -16,6 +15,8 @@ from magsim.field.eddy import Modes, reduce_to_modes, slow_limit
 from magsim.field.induced import InducedModel, Sheet, Solid
 from magsim.field.meshes import box_surface, cylinder
 from magsim.storage import cached
+
+Arrays = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -91,11 +92,19 @@ def steel_model(steel: tuple[Steel, ...]) -> InducedModel:
     return InducedModel([_steel(part) for part in steel])
 
 
-def _induced(steel: tuple[Steel, ...], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    if not steel:
-        return np.zeros((len(points), 3, 3)), np.zeros((len(points), 3, 3, 3))
-    model = steel_model(steel)
-    return model.response(points), model.response_gradient(points)
+def _permanent(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+    field = np.zeros_like(points)
+    for dipole in magnetics.permanent:
+        field += dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
+    return {"permanent_nt": field}
+
+
+def _induced(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+    if not magnetics.steel:
+        none = np.zeros((len(points), 3, 3))
+        return {"induced": none, "induced_gradient": np.zeros((*none.shape, 3))}
+    model = steel_model(magnetics.steel)
+    return {"induced": model.response(points), "induced_gradient": model.response_gradient(points)}
 
 
 def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
@@ -111,8 +120,8 @@ def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
     return loops, origins
 
 
-def _eddy(coils: tuple[Coil, ...], points: np.ndarray) -> Modes:
-    loops, origins = coil_loops(coils)
+def _eddy(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+    loops, origins = coil_loops(magnetics.coils)
     matrix = inductance_matrix(loops)
     resistance = np.zeros_like(matrix)
     for i, (loop, coil) in enumerate(zip(loops, origins, strict=True)):
@@ -122,36 +131,31 @@ def _eddy(coils: tuple[Coil, ...], points: np.ndarray) -> Modes:
             resistance[i, i] = matrix[i, i] / coil.time_constant_s
     flux = np.array([loop.area_vector for loop in loops]).reshape(-1, 3)
     field = np.stack([loop.field(points) for loop in loops], axis=-1) if loops else np.zeros((len(points), 3, 0))
-    return reduce_to_modes(matrix, resistance, flux, field)
+    modes = reduce_to_modes(matrix, resistance, flux, field)
+    return {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field}
 
 
-def _solve(aircraft: Aircraft) -> dict[str, np.ndarray]:
+CONTRIBUTIONS = (_permanent, _induced, _eddy)
+"""Each makes its arrays of the response from the magnetic file and the places."""
+
+
+def _solve(aircraft: Aircraft) -> Arrays:
     """All numbers that take time, as arrays by name."""
     magnetics = aircraft.magnetics
     points = np.array([mount.position_m for mount in magnetics.mounts.values()])
-    permanent = np.zeros_like(points)
-    for dipole in magnetics.permanent:
-        permanent += dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
+    arrays = {"positions_m": points}
     # LU, Cholesky and eigh give other last bits on another number of threads.
     with threadpool_limits(limits=1):
         try:
-            induced, induced_gradient = _induced(magnetics.steel, points)
+            for contribution in CONTRIBUTIONS:
+                arrays |= contribution(magnetics, points)
         except ValueError as error:
             msg = f"aircraft {aircraft.name}: {error}"
             raise RequestError(msg) from error
-        modes = _eddy(magnetics.coils, points)
-    return {
-        "positions_m": points,
-        "permanent_nt": permanent,
-        "induced": induced,
-        "induced_gradient": induced_gradient,
-        "tau_s": modes.tau_s,
-        "drive": modes.drive,
-        "field": modes.field,
-    }
+    return arrays
 
 
-def _assemble(magnetics: Magnetics, arrays: Mapping[str, np.ndarray]) -> AircraftResponse:
+def _assemble(magnetics: Magnetics, arrays: Arrays) -> AircraftResponse:
     hinged = tuple(
         HingedDipole(
             position=np.array(dipole.position_m),

@@ -15,9 +15,9 @@ from magsim.recording import Recording
 INK = "#22262b"
 GRAY = "#8a9099"
 GROUND = "#c9b8a2"
-COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6")
+COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6", "#7a7a7a")
 MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf", 4: "#e7dcef"}
-PART_COLORS = dict(zip(("permanent", "hinged", "induced", "eddy"), COLORS, strict=False))
+PART_COLORS = dict(zip(columns.PLATFORM, COLORS, strict=True))
 
 
 def _new(width: float, height: float) -> Figure:
@@ -154,14 +154,17 @@ def field(recording: Recording, sensor: str) -> Figure:
 
 def part_projections(recording: Recording, sensor: str) -> dict[str, np.ndarray]:
     """Each part of the platform's field along the background's direction, (n,) [nT]; zero parts are left out."""
-    earth = recording.vector(columns.PART, component="earth", sensor=sensor)
-    direction = earth / np.linalg.norm(earth, axis=1, keepdims=True)
-    out = {}
-    for component in columns.COMPONENTS[1:]:
-        vector = recording.vector(columns.PART, component=component, sensor=sensor)
-        if np.any(vector):
-            out[component] = np.einsum("ni,ni->n", vector, direction)
-    return out
+    vectors = {
+        component: recording.vector(columns.PART, component=component, sensor=sensor)
+        for component in columns.components_of(recording.data, sensor)
+    }
+    background = sum(vector for component, vector in vectors.items() if component in columns.BACKGROUND)
+    direction = background / np.linalg.norm(background, axis=1, keepdims=True)
+    return {
+        component: np.einsum("ni,ni->n", vector, direction)
+        for component, vector in vectors.items()
+        if component in columns.PLATFORM and np.any(vector)
+    }
 
 
 def interference(recording: Recording, sensor: str) -> Figure:

@@ -37,3 +37,7 @@ class Field_(Strict):
     hinged: Part = Part()
     induced: Part = Part()
     eddy: Eddy = Eddy()
+
+    def is_on(self, name: str) -> bool:
+        """Whether the part of that name is switched on; the main field always is."""
+        return name == "earth" or getattr(self, name).enabled

@@ -55,15 +55,15 @@ def scalar_columns(
         ``projection`` (filtered component of the aircraft's field along the background), ``clean``, ``total``,
         ``error``, and each part in body axes.
     """
-    earth, platform = truth.part("earth", sensor.mount), truth.platform(sensor.mount)
-    clean, total = norm(earth), norm(earth + platform)
+    background, platform = truth.background(sensor.mount), truth.platform(sensor.mount)
+    clean, total = norm(background), norm(background + platform)
     rng = stream(seed, f"scalar/{sensor.name}/noise")
     samples = np.stack(
         [
             measure(total, sensor, acquisition.rate_in_hz, rng),
             clean,
             total,
-            np.einsum("ni,ni->n", platform, earth) / clean,
+            np.einsum("ni,ni->n", platform, background) / clean,
         ],
         axis=1,
     )
@@ -91,9 +91,8 @@ def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisit
     acquisition : Acquisition
     """
     out = {}
-    for component in columns.COMPONENTS:
-        if component in truth.parts_b:
-            rows = acquisition(truth.part(component, mount))
-            for k, axis in enumerate(columns.AXES):
-                out[columns.PART.name(component=component, sensor=name, axis=axis)] = rows[:, k]
+    for component in truth.parts_b:
+        rows = acquisition(truth.part(component, mount))
+        for k, axis in enumerate(columns.AXES):
+            out[columns.PART.name(component=component, sensor=name, axis=axis)] = rows[:, k]
     return out

@@ -1,0 +1,77 @@
+"""What ``magnetics.toml`` of an aircraft may say: mounts, permanent moments, steel parts, loops.
+
+All places are in meters in body axes (forward, right, down) from the aircraft's datum. Each group of numbers
+carries a ``source``: where it was read, or ``estimate: ...`` with the published level that set it.
+"""
+
+import math
+from collections.abc import Iterable
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from magsim.aircraft.magnetics.base import Mount
+from magsim.aircraft.magnetics.coils import Coil
+from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, HingedDipole
+from magsim.aircraft.magnetics.steel import BoxSheet, Cylinder, Steel
+from magsim.config import Name, Strict
+
+__all__ = [
+    "DIPOLE_CLEARANCE_M",
+    "SURFACES",
+    "BoxSheet",
+    "Coil",
+    "Cylinder",
+    "Dipole",
+    "HingedDipole",
+    "Magnetics",
+    "Mount",
+    "Steel",
+]
+
+
+def _unique(what: str, names: Iterable[str]) -> None:
+    names = list(names)
+    double = sorted({name for name in names if names.count(name) > 1})
+    if double:
+        msg = f"names of {what} must differ, used twice: {', '.join(double)}"
+        raise ValueError(msg)
+
+
+class Magnetics(Strict):
+    """Everything magnetic of an aircraft, and where sensors can be mounted."""
+
+    datum: str = Field(min_length=4, description="the structural point that is the origin of body axes")
+    mounts: dict[Name, Mount] = Field(min_length=1)
+    permanent: Annotated[tuple[Dipole, ...], Field(strict=False)] = ()
+    hinged: Annotated[tuple[HingedDipole, ...], Field(strict=False)] = ()
+    steel: Annotated[tuple[Steel, ...], Field(strict=False)] = ()
+    coils: Annotated[tuple[Coil, ...], Field(strict=False)] = ()
+
+    @model_validator(mode="after")
+    def _check_names(self) -> "Magnetics":
+        _unique("dipoles", (dipole.name for dipole in (*self.permanent, *self.hinged)))
+        _unique("steel parts", (part.name for part in self.steel))
+        _unique("coils", (coil.name for coil in self.coils))
+        return self
+
+    @model_validator(mode="after")
+    def _check_clearance(self) -> "Magnetics":
+        """A mesh and a point dipole mean nothing closer than their own size."""
+        for name, mount in self.mounts.items():
+            place = mount.position_m
+            for part in self.steel:
+                if part.clearance_m(place) < part.element_size_m:
+                    msg = (
+                        f"mount {name!r} is {part.clearance_m(place):.3g} m from steel part {part.name!r}; "
+                        f"allowed: at least its element size, {part.element_size_m:g} m"
+                    )
+                    raise ValueError(msg)
+            for dipole in (*self.permanent, *self.hinged):
+                if math.dist(place, dipole.position_m) < DIPOLE_CLEARANCE_M:
+                    msg = (
+                        f"mount {name!r} is {math.dist(place, dipole.position_m):.3g} m from dipole {dipole.name!r}; "
+                        f"allowed: at least {DIPOLE_CLEARANCE_M:g} m"
+                    )
+                    raise ValueError(msg)
+        return self

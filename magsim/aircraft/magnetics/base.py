@@ -1,0 +1,40 @@
+"""Types that all parts of ``magnetics.toml`` share."""
+
+import math
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
+from magsim.config import Strict, Vector
+
+Positive = Annotated[float, Field(gt=0.0)]
+Source = Annotated[str, Field(min_length=4, description="where the numbers come from, or 'estimate: ...'")]
+
+
+def unit(value: Vector) -> Vector:
+    """A direction, if it is a unit vector.
+
+    Raises
+    ------
+    ValueError
+        If its length is not 1.
+    """
+    length = math.hypot(*value)
+    if not abs(length - 1.0) < 1e-6:
+        msg = f"has length {length:.6g}; allowed: a unit vector"
+        raise ValueError(msg)
+    return value
+
+
+def _as_tuple(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+Vertices = Annotated[tuple[Vector, ...], BeforeValidator(_as_tuple), Field(min_length=3)]
+
+
+class Mount(Strict):
+    """A place for a sensor."""
+
+    position_m: Vector
+    source: Source

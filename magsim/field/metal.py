@@ -1,0 +1,67 @@
+"""What the aircraft's metal adds along a flight: fixed and hinged moments, induced magnetization, eddy currents."""
+
+import numpy as np
+
+from magsim.field.dipoles import hinged_field
+from magsim.field.eddy import step_rate
+from magsim.field.response import AircraftResponse
+from magsim.field.situation import Situation
+from magsim.scenario import Eddy
+
+
+def permanent(situation: Situation) -> np.ndarray:
+    """Field of the fixed dipoles, (n, s, 3) [nT]."""
+    shape = (len(situation.time_s), len(situation.mounts), 3)
+    return np.broadcast_to(situation.response.permanent_nt[situation.rows], shape)
+
+
+def hinged(situation: Situation) -> np.ndarray:
+    """Field of the dipoles on control surfaces, (n, s, 3) [nT]; a surface that the flight does not move rests."""
+    positions = situation.positions_m
+    out = np.zeros((len(situation.time_s), len(positions), 3))
+    angles = situation.flight.controls_at(situation.time_s)
+    turns = {name: (np.cos(angle), np.sin(angle)) for name, angle in angles.items()}
+    rest = np.ones(1), np.zeros(1)
+    for dipole in situation.response.hinged:
+        cos, sin = turns.get(dipole.surface, rest)
+        for s, position in enumerate(positions):
+            out[:, s] += hinged_field(dipole, cos, sin, position)
+    return out
+
+
+def induced(situation: Situation) -> np.ndarray:
+    """Field of the induced magnetization, ``D B_0``, (n, s, 3) [nT]."""
+    return np.einsum("sij,nj->nsi", situation.response.induced[situation.rows], situation.ambient_b)
+
+
+def eddy(situation: Situation) -> np.ndarray:
+    """Field of the eddy currents, (n, s, 3) [nT]."""
+    part = situation.scenario.field.eddy
+    return eddy_field(situation.response, situation.rows, situation.ambient_rate_b, situation.step_s, part)
+
+
+def eddy_field(response: AircraftResponse, rows: np.ndarray, rate: np.ndarray, step_s: float, part: Eddy) -> np.ndarray:
+    """Field of the eddy currents for a given change of the ambient field.
+
+    Parameters
+    ----------
+    response : AircraftResponse
+    rows : (s,) int
+        Mounts, as rows of the response.
+    rate : (n, 3) [nT/s]
+        Time derivative of the ambient field in body axes.
+    step_s : float [s]
+    part : Eddy
+        ``lag = False``: proportional to ``rate``, without time constants.
+
+    Returns
+    -------
+    (n, s, 3) [nT]
+    """
+    if not part.lag:
+        return np.einsum("sij,nj->nsi", response.eddy_slow_s[rows], rate)
+    out = np.zeros((len(rate), len(rows), 3))
+    for k, tau in enumerate(response.tau_s):
+        state = step_rate(tau, np.einsum("i,ni->n", response.drive[k], rate), step_s)
+        out += state[:, None, None] * response.field[rows, :, k]
+    return out
