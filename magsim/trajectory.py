@@ -166,6 +166,9 @@ class Flight:
         Plain facts of the run for provenance: integrators, rates, calibrated loop gains.
     wind_n : (n, 3) [m/s], optional
         Motion of the air over ground, north, east, down, at the carrier's log times; None where nobody knows it.
+    switches : mapping of str to (n,)
+        What the electric loads do at the carrier's log times: ``flap_motor`` 1 while it turns, ``autopilot`` 1 while it
+        is engaged, ``throttle`` 0 to 1. Empty for a logged track.
     """
 
     carrier: Trajectory
@@ -176,6 +179,7 @@ class Flight:
     maneuvers: tuple[ManeuverFlown, ...]
     notes: Mapping[str, object] = field(default_factory=dict)
     wind_n: np.ndarray | None = None
+    switches: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.wind_n is not None:
@@ -184,12 +188,13 @@ class Flight:
                 msg = f"wind_n has shape {wind_n.shape}, expected {(len(self.carrier), 3)}"
                 raise ValueError(msg)
             object.__setattr__(self, "wind_n", wind_n)
-        controls = {name: readonly(angle) for name, angle in self.controls.items()}
-        for name, angle in controls.items():
-            if angle.shape != self.carrier.time_s.shape:
-                msg = f"control {name!r} has shape {angle.shape}, expected {self.carrier.time_s.shape}"
-                raise ValueError(msg)
-        object.__setattr__(self, "controls", controls)
+        for kind in ("controls", "switches"):
+            table = {name: readonly(values) for name, values in getattr(self, kind).items()}
+            for name, values in table.items():
+                if values.shape != self.carrier.time_s.shape:
+                    msg = f"{kind} {name!r} has shape {values.shape}, expected {self.carrier.time_s.shape}"
+                    raise ValueError(msg)
+            object.__setattr__(self, kind, table)
         object.__setattr__(self, "segments", tuple(self.segments))
         object.__setattr__(self, "maneuvers", tuple(self.maneuvers))
 
@@ -209,6 +214,17 @@ class Flight:
             return {}
         rows = self._control_spline(self.carrier.inside(time_s))
         return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
+
+    def switches_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
+        """Switches at other times inside the logged span, straight between the rows of the log; (m,) for each.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        time_s = self.carrier.inside(time_s)
+        return {name: readonly(np.interp(time_s, self.carrier.time_s, v)) for name, v in self.switches.items()}
 
     def wind_at(self, time_s: np.ndarray) -> np.ndarray | None:
         """Wind [m/s] at other times inside the logged span, straight between the rows of the log; (m, 3).

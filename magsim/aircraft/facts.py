@@ -261,9 +261,10 @@ class Surface(Strict):
 
 
 class Flap(Strict):
-    """Wing flaps: travel, size, and the textbook constants of what they do."""
+    """Wing flaps: travel, size, the motor's rate, and the textbook constants of what they do."""
 
     travel: AngleRange
+    rate: Rate
     area_fraction: Number
     chord_fraction: Number
     chord_extension: Number

@@ -17,6 +17,7 @@ from magsim.flight.air import weather_of
 from magsim.flight.calibration import loop_response
 from magsim.flight.drape import HeightPlan, drape_notes, plan_drape
 from magsim.flight.elements import Element, length_of
+from magsim.flight.flaps import check_legs, runs_of
 from magsim.flight.guidance import TICK_HZ
 from magsim.flight.maneuvers import UNITY, measure
 from magsim.flight.outcome import amplitude_notes, check_sweeps, pattern_notes, segments_of
@@ -85,6 +86,7 @@ def fly(
     aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
     plane, path, setup, heights = _plan(scenario, aircraft.facts, ground)
     _check_wind(scenario, path)
+    check_legs(scenario.flight.flaps, path, _flying_time(scenario, path))
     parts = parts_of(scenario.pattern)
     trains = [train for part in parts for train in part.maneuvers]
     axes = tuple(dict.fromkeys(swing.axis for train in trains for swing in train.swings))
@@ -105,6 +107,7 @@ def fly(
         ground=ground,
         watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
         heights=heights,
+        flaps=scenario.flight.flaps,
     )
     expected_s = warmup_s + _flying_time(scenario, path) + MARGIN_S
     tick = None if progress is None else _progress(progress, expected_s)
@@ -274,6 +277,7 @@ def _flight(
     log = log.cut(zero - MARGIN_S, end + MARGIN_S, zero)
     carrier = log.trajectory(aircraft.facts.cg_b)
     duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
+    pilot.flaps.check()
     segments = segments_of(crossings, pilot.path, zero, end, carrier)
     sweeps = [on_clock(sweep, zero) for sweep in pilot.sweeps]
     check_sweeps(sweeps, segments)
@@ -283,6 +287,7 @@ def _flight(
         duration_s=duration,
         simulation_rate_hz=float(scenario.flight.step_hz),
         controls=log.controls(),
+        switches=log.switches(),
         wind_n=log.wind(),
         segments=segments,
         maneuvers=maneuvers,
@@ -297,6 +302,7 @@ def _flight(
             "loop_response": {name: values.tolist() for name, values in response.items()},
             **pattern_notes(scenario, pilot.path, carrier, segments, sweeps),
             **amplitude_notes(maneuvers),
+            "flap_runs": runs_of(log.time_s, log["flap"]),
             **drape_notes(pilot.planned, zero, segments, carrier, ground),
         },
     )

@@ -8,6 +8,8 @@ Everything here is SI, per radian, about the center of gravity; rates count as `
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from magsim.aircraft.facts import Facts
 from magsim.flight.engines import available_thrust
 from magsim.units import G0
@@ -182,3 +184,9 @@ def flap_curve(facts: Facts) -> tuple[tuple[float, float, float], ...]:
         (math.radians(at), full * part, shape * max(0.0, at - 10.0))
         for at, part in zip(flap.effect.at, flap.effect.value, strict=True)
     )
+
+
+def flap_lift(facts: Facts, flap_rad: float) -> float:
+    """Lift coefficient of the flaps at a deflection, straight between the points of ``flap_curve``."""
+    points = flap_curve(facts)
+    return float(np.interp(flap_rad, [p[0] for p in points], [p[1] for p in points])) if points else 0.0

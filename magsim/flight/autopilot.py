@@ -8,7 +8,7 @@ The loops, with V the true airspeed, s and c the sine of a generator and its der
 
     path       e_gam = hold (clip(k_h (h_set - h)) + climb - hdot) / V
                gam = clip(k_g e_gam + I[e_gam]) + climb / V
-    pitch      e_th = theta_0 + gam + turn + s_pitch - theta
+    pitch      e_th = theta_0 + gam + turn + flaps + s_pitch - theta
                elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
     heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
     roll       e_phi = bank + s_roll - phi
@@ -42,6 +42,8 @@ INPUTS = (
     "ap/bank-rad",
     "ap/hold-yaw",
     "ap/speed-fps",
+    "ap/flap-rad",
+    "ap/flap-lift-norm",
 )
 NEVER_S = 1.0e9
 """Start time of a generator that rests."""
@@ -181,7 +183,12 @@ def _vertical(facts: Facts) -> str:
     weight_alpha = facts.mass_kg * G0 / LBF / derivatives(facts).cl_alpha
     alpha = _quotient(weight_alpha, _product(_max(least_pressure * FT**2 / LBF, "aero/qbar-psf"), "metrics/Sw-sqft"))
     turn = _product(alpha, _difference(_quotient(1.0, _cos("ap/bank-command-rad")), 1.0))
-    wanted = _sum("ap/theta-rad", "ap/path-rad", turn, pitch["sine-rad"])
+    parts = ["ap/theta-rad", "ap/path-rad", turn, pitch["sine-rad"]]
+    if facts.controls.flap:
+        # Lift that moving flaps add beyond that of the trim is taken off the wing: the pilot's hand goes with them.
+        added = _difference("ap/flap-lift-norm", "aero/coefficient/cl-flap")
+        parts.append(_quotient(added, derivatives(facts).cl_alpha))
+    wanted = _sum(*parts)
     rate = _sum(
         _product(gains.pitch.value, "ap/pitch-error-rad"),
         pitch["rate-rad_sec"],
@@ -263,5 +270,11 @@ def _surfaces(facts: Facts) -> str:
             f"<rate_limit>{rate!r}</rate_limit><clipto><min>{low!r}</min><max>{high!r}</max></clipto>"
             f"<output>{output}</output></actuator>\n"
         )
+    if controls.flap:
+        # A motor of constant rate that stops where it was asked to.
+        step = _product(controls.flap.rate.value, "simulation/dt")
+        left = _difference("ap/flap-rad", "fcs/flap-pos-rad")
+        moved = _max(_product(-1.0, step), _min(step, left))
+        text += _define("fcs/flap-pos-rad", _sum("fcs/flap-pos-rad", moved))
     throttle = _max(0.0, _min(1.0, _sum("fcs/throttle-cmd-norm", "ap/throttle-norm")))
     return text + _define("fcs/throttle-pos-norm", throttle)

@@ -14,13 +14,14 @@ from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
 from magsim.flight.drape import HeightPlan
 from magsim.flight.elements import Element
+from magsim.flight.flaps import FlapHand, moving
 from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, wrap
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
 from magsim.flight.patterns import LocalPlane
 from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, FlightTroubleError, Plant, Setup, ground_speed
 from magsim.flight.watch import Watch
 from magsim.frames import rot_nb_from_attitude, rotate_back
-from magsim.scenario import PatternBase
+from magsim.scenario import FlapMove, PatternBase
 from magsim.terrain import Ground
 from magsim.trajectory import Trajectory
 from magsim.units import FT
@@ -83,6 +84,14 @@ class Log:
             values.flags.writeable = False
         return deflections
 
+    def switches(self) -> dict[str, np.ndarray]:
+        """Loads of the electric system, as ``Flight.switches`` has them."""
+        return {
+            "flap_motor": moving(self["flap"]),
+            "autopilot": self["engaged"].copy(),
+            "throttle": self["throttle"].copy(),
+        }
+
 
 def transport_rate(lat_rad: np.ndarray, alt_m: np.ndarray, velocity_n: np.ndarray) -> np.ndarray:
     """Angular rate of the local frame over the Earth, (n, 3) [rad/s] (Groves, Principles of GNSS, eq. 5.44)."""
@@ -117,6 +126,8 @@ class Pilot:
         Ends the flight when controls saturate or a leg is missed.
     heights : HeightPlan, optional
         Along the path; without it the plant's first height is held.
+    flaps : sequence of FlapMove
+        Settings of the flap lever.
 
     Attributes
     ----------
@@ -139,6 +150,7 @@ class Pilot:
         ground: Ground | None = None,
         watch: Watch | None = None,
         heights: HeightPlan | None = None,
+        flaps: Sequence[FlapMove] = (),
     ) -> None:
         self._ground = None if ground is None or ground.level else ground
         self._below: list[float] = []
@@ -159,6 +171,7 @@ class Pilot:
         self._seen = 0
         self._ordered: Order | None = None
         self._watch, self._gusts = watch, GustHands(setup.weather)
+        self.flaps = FlapHand(flaps)
         self._turned = self._convergence()
 
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
@@ -195,6 +208,9 @@ class Pilot:
         self._plan_legs(guidance.crossings)
         for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
             self.plant.command(name, setting)
+        flaps = self.flaps.setting(time)
+        if flaps is not None:
+            self.plant.command("ap/flap-rad", flaps)
         # The set point stands still for a tick while north turns: give it the turn of half a tick.
         self._give(order, order.heading - turned - 0.5 * turning)
         if self._heights is not None:
@@ -254,9 +270,13 @@ class Pilot:
             crossing = crossings[self._seen]
             if self._seen == 0:
                 # Gusts count from the first row, on JSBSim's clock.
-                self._gusts.begin(first_row_s(crossing.time_s, self._log_hz), self.plant.clock_s - self.plant.time_s)
+                zero_s = first_row_s(crossing.time_s, self._log_hz)
+                self._gusts.begin(zero_s, self.plant.clock_s - self.plant.time_s)
+                self.flaps.begin(zero_s)
             self._seen += 1
             element = self.path[crossing.index]
+            if not element.turn:
+                self.flaps.entered(element.circuit, element.leg, crossing.time_s)
             if not self._parts or element.turn:
                 continue
             speed = ground_speed(self._setup.speed_mps, math.radians(element.heading_deg), self._setup.wind_mps)

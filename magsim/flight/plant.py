@@ -17,7 +17,7 @@ import numpy as np
 from magsim.aircraft.facts import Facts, TurbopropEngine
 from magsim.earth.wgs84 import radii_of_curvature
 from magsim.errors import DataError, RequestError
-from magsim.flight.aero import derivatives, inertia
+from magsim.flight.aero import derivatives, flap_lift, inertia
 from magsim.flight.air import CALM, Weather, weather_xml
 from magsim.flight.autopilot import INPUTS, Sine
 from magsim.flight.engines import lever_of, settling_time
@@ -68,6 +68,7 @@ CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("wind_east", "atmosphere/total-wind-east-fps", FT),
     ("wind_down", "atmosphere/total-wind-down-fps", FT),
     ("flap", "fcs/flap-pos-rad", 1.0),
+    ("engaged", "ap/on", 1.0),
 )
 """Logged quantities: name, JSBSim's property, factor to SI."""
 
@@ -104,7 +105,7 @@ class Setup:
     weather : Weather
         What the air does beside its steady wind.
     flap_rad : float
-        Deflection of the flaps, held.
+        Deflection of the flaps at the start.
     burn : bool
         Whether fuel is burned.
     """
@@ -221,7 +222,7 @@ def trimmed_twin(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     fdm["ic/vt-fps"] = setup.speed_mps / FT
     fdm["propulsion/fuel_freeze"] = 1.0
     fdm.run_ic()
-    fdm["fcs/flap-pos-rad"] = setup.flap_rad
+    _set_flaps(fdm, facts, setup.flap_rad)
     fdm["propulsion/set-running"] = -1
     try:
         fdm.do_trim(1)
@@ -261,6 +262,13 @@ def _initial_place(fdm: jsbsim.FGFDMExec, setup: Setup) -> None:
     fdm["ic/h-sl-ft"] = setup.alt_m / FT
 
 
+def _set_flaps(fdm: jsbsim.FGFDMExec, facts: Facts, flap_rad: float) -> None:
+    """Flaps at rest at a deflection, with their lift a part of the trim."""
+    fdm["fcs/flap-pos-rad"] = flap_rad
+    fdm["ap/flap-rad"] = flap_rad
+    fdm["ap/flap-lift-norm"] = flap_lift(facts, flap_rad)
+
+
 def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     """An instance that flies along its course, trimmed, in wind, with the autopilot on.
 
@@ -283,7 +291,7 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     fdm["propulsion/fuel_freeze"] = 1.0
     fdm["simulation/randomseed"] = setup.weather.seed
     fdm.run_ic()
-    fdm["fcs/flap-pos-rad"] = setup.flap_rad
+    _set_flaps(fdm, facts, setup.flap_rad)
     for name, value in trimmed.commands.items():
         fdm[name] = value
     fdm["propulsion/set-running"] = -1

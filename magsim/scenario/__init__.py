@@ -21,6 +21,7 @@ from magsim.config import Problems, Strict
 from magsim.errors import RequestError
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts, check_wind
 from magsim.scenario.base import aircraft_of
+from magsim.scenario.flaps import FlapMove, check_moves
 from magsim.scenario.instruments import FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
 from magsim.scenario.loading import Loading
 from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Planned, Swing, Train, schedule
@@ -65,6 +66,7 @@ __all__ = [
     "Earth",
     "Eddy",
     "Field_",
+    "FlapMove",
     "FlatTerrain",
     "FlightSettings",
     "FluxgateSensor",
@@ -138,8 +140,8 @@ class Scenario(Strict):
     start: Start
     terrain: Terrain | None = Field(default=None, description="the ground; without it, the ellipsoid")
     loading: Loading = Loading()
-    flight: FlightSettings = FlightSettings()
     pattern: Pattern
+    flight: FlightSettings = FlightSettings()
     air: Air = Air()
     field: Field_ = Field_()
     sensors: Sensors
@@ -160,6 +162,20 @@ class Scenario(Strict):
             if found:
                 raise Problems(*found)
         return pattern
+
+    @field_validator("flight")
+    @classmethod
+    def _flaps_are_flown(cls, flight: FlightSettings, info: ValidationInfo) -> FlightSettings:
+        start, pattern = info.data.get("start"), info.data.get("pattern")
+        if start and pattern and flight.flaps:
+            if isinstance(pattern, Track):
+                raise Problems(("flaps", "a logged track has the flaps of its file; allowed: none"))
+            checked = {"speed_mps": start.speed_mps, "alt_m": start.alt_m}
+            reach = {"circuits": pattern.circuits, "legs": pattern.legs}
+            found = [*check_moves(flight.flaps, aircraft_of(info), **checked, **reach)]
+            if found:
+                raise Problems(*found)
+        return flight
 
     @field_validator("sensors")
     @classmethod

@@ -1,14 +1,12 @@
 """Where and when a flight begins, and how the flight model is run."""
 
-import math
 from datetime import UTC, datetime
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.config import Strict
-from magsim.earth.atmosphere import standard_density
 from magsim.scenario.base import aircraft_of
-from magsim.units import RHO0
+from magsim.scenario.flaps import FlapMove, flap_problem
 
 
 class Start(Strict):
@@ -19,7 +17,7 @@ class Start(Strict):
     alt_m: float = Field(gt=0.0, description="height above the WGS-84 ellipsoid")
     speed_mps: float = Field(gt=0.0, description="true airspeed, held during the flight")
     heading_deg: float = Field(default=0.0, ge=0.0, lt=360.0, description="course of the first leg")
-    flap_deg: float = Field(default=0.0, ge=0.0, le=90.0, description="deflection of the flaps, held")
+    flap_deg: float = Field(default=0.0, ge=0.0, le=90.0, description="of the flaps; flight.flaps moves them")
     time_utc: datetime = Field(default=datetime(2025, 3, 13, tzinfo=UTC), description="time of the first row")
 
     @field_validator("alt_m")
@@ -46,28 +44,9 @@ class Start(Strict):
     @classmethod
     def _flaps_bear_it(cls, value: float, info: ValidationInfo) -> float:
         aircraft = aircraft_of(info)
-        if not aircraft or value == 0.0:
-            return value
-        flap = aircraft.facts.controls.flap
-        if flap is None:
-            msg = f"{aircraft.name} has no flaps; allowed: 0"
+        msg = flap_problem(aircraft, value, info.data.get("speed_mps"), info.data.get("alt_m")) if aircraft else ""
+        if msg:
             raise ValueError(msg)
-        most = math.degrees(flap.travel.value[1])
-        if value > most + 1e-3:
-            msg = f"{value:g} is beyond the travel of {aircraft.name}; allowed: 0 to {most:.0f}"
-            raise ValueError(msg)
-        speed, alt = info.data.get("speed_mps"), info.data.get("alt_m")
-        if speed is not None and alt is not None:
-            indicated = speed * math.sqrt(standard_density(alt) / RHO0)
-            limit = next(
-                v for at, v in zip(flap.speed_limit.at, flap.speed_limit.value, strict=True) if value <= at + 1e-3
-            )
-            if indicated > limit:
-                msg = (
-                    f"{value:g} deg of flap at {speed:g} m/s, {indicated:.1f} m/s indicated; allowed at this "
-                    f"deflection: up to {limit:g} indicated"
-                )
-                raise ValueError(msg)
         return value
 
     @field_validator("time_utc")
@@ -96,6 +75,7 @@ class FlightSettings(Strict):
         gt=0.0,
         description="full or idle throttle for longer, with the airspeed off by 3 %, ends the flight",
     )
+    flaps: tuple[FlapMove, ...] = Field(default=(), strict=False, description="settings of the flap lever in flight")
 
     @field_validator("log_hz")
     @classmethod

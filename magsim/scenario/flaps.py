@@ -1,0 +1,92 @@
+"""Flaps that move in flight: when, and how far."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pydantic import Field, model_validator
+
+from magsim.config import Strict
+from magsim.earth.atmosphere import standard_density
+from magsim.scenario.base import NonNegative
+from magsim.units import RHO0
+
+if TYPE_CHECKING:
+    from magsim.aircraft import Aircraft
+
+
+class FlapMove(Strict):
+    """A setting of the flap lever; the motor then takes its time."""
+
+    deflection_deg: float = Field(ge=0.0, le=90.0, description="where the flaps go")
+    at_s: NonNegative | None = Field(default=None, description="when, counted from the first row; or name a leg")
+    leg: int | None = Field(default=None, ge=1, description="when this leg is entered; or name a time by at_s")
+    circuit: int = Field(default=1, ge=1, description="of the leg")
+    after_s: NonNegative = Field(default=0.0, description="so much later than the leg is entered")
+
+    @model_validator(mode="after")
+    def _one_moment(self) -> "FlapMove":
+        if (self.at_s is None) == (self.leg is None):
+            msg = "a flap move has one moment; allowed: either at_s, or leg (with circuit and after_s)"
+            raise ValueError(msg)
+        if self.leg is None and {"circuit", "after_s"} & self.model_fields_set:
+            msg = "circuit and after_s belong to a leg; allowed: with leg, or at_s alone"
+            raise ValueError(msg)
+        return self
+
+    def __str__(self) -> str:
+        when = f"{self.at_s:g} s" if self.leg is None else f"leg {self.leg} of circuit {self.circuit}"
+        return f"{self.deflection_deg:g} deg at {when}" + (f" and {self.after_s:g} s" if self.after_s else "")
+
+
+def flap_problem(aircraft: "Aircraft", flap_deg: float, speed_mps: float | None, alt_m: float | None) -> str:
+    """What is wrong with flaps at a true airspeed and a height, or nothing; unknown speeds are not checked."""
+    flap = aircraft.facts.controls.flap
+    if flap is None:
+        return f"{aircraft.name} has no flaps; allowed: 0" if flap_deg else ""
+    most = math.degrees(flap.travel.value[1])
+    if flap_deg > most + 1e-3:
+        return f"{flap_deg:g} is beyond the travel of {aircraft.name}; allowed: 0 to {most:.0f}"
+    if flap_deg == 0.0 or speed_mps is None or alt_m is None:
+        return ""
+    indicated = speed_mps * math.sqrt(standard_density(alt_m) / RHO0)
+    limits = zip(flap.speed_limit.at, flap.speed_limit.value, strict=True)
+    limit = next(v for at, v in limits if flap_deg <= at + 1e-3)
+    if indicated <= limit:
+        return ""
+    return (
+        f"{flap_deg:g} deg of flap at {speed_mps:g} m/s, {indicated:.1f} m/s indicated; allowed at this deflection: "
+        f"up to {limit:g} indicated"
+    )
+
+
+def check_moves(
+    moves: tuple[FlapMove, ...],
+    aircraft: "Aircraft | None",
+    *,
+    speed_mps: float,
+    alt_m: float,
+    circuits: int,
+    legs: int,
+) -> Iterator[tuple[str, str]]:
+    """Problems of flap moves: key within ``flight``, and text.
+
+    Parameters
+    ----------
+    moves : tuple of FlapMove
+    aircraft : Aircraft, optional
+    speed_mps, alt_m : float
+        True airspeed and least height of the flight.
+    circuits, legs : int
+        Circuits of the flight, and legs of the circuit that has most.
+    """
+    for i, move in enumerate(moves):
+        text = flap_problem(aircraft, move.deflection_deg, speed_mps, alt_m) if aircraft else ""
+        if aircraft and aircraft.facts.controls.flap is None:
+            text = f"{aircraft.name} has no flaps; allowed: none"
+        if text:
+            yield f"flaps[{i}].deflection_deg", text
+        if move.leg is not None and move.circuit > circuits:
+            yield f"flaps[{i}].circuit", f"{move.circuit} is not flown; allowed: 1 to {circuits}"
+        if move.leg is not None and move.leg > legs:
+            yield f"flaps[{i}].leg", f"{move.leg} is not flown; allowed: 1 to {legs}"
