@@ -105,9 +105,8 @@ class ResidualNetwork(Compensator):
         Free the gradients of the two losses of ``tutor`` from conflicts.
     hold_out : {"blocks", "legs"}
         What the first run is judged on: blocks of time out of training and validation recordings, or the validation
-        recordings. A validation leg flies a heading that no training leg has taught, so with a low learning rate or
-        little patience ``legs`` can stop at step 0. With the demo preset of MagTCN it does not: on the shipped
-        calibration flight, seeds 0 to 2, IR 630, 500, 549 with ``legs`` and 370, 500, 549 with ``blocks``.
+        recordings. A validation leg flies a heading that no training leg has taught, so ``legs`` can stop at step 0;
+        ``docs/compensators.md`` has what both give.
     steps, batch, learning_rate, decay, every, patience, threads
         See ``magsim.training.Plan``.
     refit : bool
