@@ -1,0 +1,1 @@
+"""Rows of ``field_accuracy.py``, one module for each subject; each has a function ``rows()``."""
