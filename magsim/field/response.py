@@ -1,5 +1,6 @@
 """What the metal of an aircraft does at each of its mounts: a pure function of its magnetic file."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -139,10 +140,9 @@ CONTRIBUTIONS = (_permanent, _induced, _eddy)
 """Each makes its arrays of the response from the magnetic file and the places."""
 
 
-def _solve(aircraft: Aircraft) -> Arrays:
+def _solve(aircraft: Aircraft, points: np.ndarray) -> Arrays:
     """All numbers that take time, as arrays by name."""
     magnetics = aircraft.magnetics
-    points = np.array([mount.position_m for mount in magnetics.mounts.values()])
     arrays = {"positions_m": points}
     # LU, Cholesky and eigh give other last bits on another number of threads.
     with threadpool_limits(limits=1):
@@ -155,7 +155,7 @@ def _solve(aircraft: Aircraft) -> Arrays:
     return arrays
 
 
-def _assemble(magnetics: Magnetics, arrays: Arrays) -> AircraftResponse:
+def _assemble(magnetics: Magnetics, names: tuple[str, ...], arrays: Arrays) -> AircraftResponse:
     hinged = tuple(
         HingedDipole(
             position=np.array(dipole.position_m),
@@ -166,7 +166,7 @@ def _assemble(magnetics: Magnetics, arrays: Arrays) -> AircraftResponse:
         )
         for dipole in magnetics.hinged
     )
-    return AircraftResponse(mounts=tuple(magnetics.mounts), hinged=hinged, **arrays)
+    return AircraftResponse(mounts=names, hinged=hinged, **arrays)
 
 
 def compute_response(aircraft: Aircraft) -> AircraftResponse:
@@ -182,7 +182,26 @@ def compute_response(aircraft: Aircraft) -> AircraftResponse:
     RequestError
         If steel parts touch each other.
     """
-    return _assemble(aircraft.magnetics, _solve(aircraft))
+    return response_at(aircraft, aircraft.mounts)
+
+
+def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]]) -> AircraftResponse:
+    """Response of an aircraft at any places.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        Only its ``magnetics`` count.
+    places : mapping of str to (3,) [m]
+        Body axes; by name.
+
+    Raises
+    ------
+    RequestError
+        If steel parts touch each other.
+    """
+    points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
+    return _assemble(aircraft.magnetics, tuple(places), _solve(aircraft, points))
 
 
 def load_response(aircraft: Aircraft) -> AircraftResponse:
@@ -190,6 +209,6 @@ def load_response(aircraft: Aircraft) -> AircraftResponse:
 
     The cache counts the source code of ``magsim.field`` into the key.
     """
-    magnetics = aircraft.magnetics
+    magnetics, points = aircraft.magnetics, np.array(list(aircraft.mounts.values()))
     key = {"magnetics": magnetics.model_dump(mode="json")}
-    return _assemble(magnetics, cached("response", key, lambda: _solve(aircraft)))
+    return _assemble(magnetics, tuple(aircraft.mounts), cached("response", key, lambda: _solve(aircraft, points)))

@@ -14,7 +14,7 @@ from magsim.aircraft.magnetics.base import Mount
 from magsim.aircraft.magnetics.coils import Coil
 from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, HingedDipole
 from magsim.aircraft.magnetics.steel import BoxSheet, Cylinder, Steel
-from magsim.config import Name, Strict
+from magsim.config import Name, Strict, Vector
 
 __all__ = [
     "DIPOLE_CLEARANCE_M",
@@ -57,21 +57,32 @@ class Magnetics(Strict):
 
     @model_validator(mode="after")
     def _check_clearance(self) -> "Magnetics":
-        """A mesh and a point dipole mean nothing closer than their own size."""
         for name, mount in self.mounts.items():
-            place = mount.position_m
-            for part in self.steel:
-                if part.clearance_m(place) < part.element_size_m:
-                    msg = (
-                        f"mount {name!r} is {part.clearance_m(place):.3g} m from steel part {part.name!r}; "
-                        f"allowed: at least its element size, {part.element_size_m:g} m"
-                    )
-                    raise ValueError(msg)
-            for dipole in (*self.permanent, *self.hinged):
-                if math.dist(place, dipole.position_m) < DIPOLE_CLEARANCE_M:
-                    msg = (
-                        f"mount {name!r} is {math.dist(place, dipole.position_m):.3g} m from dipole {dipole.name!r}; "
-                        f"allowed: at least {DIPOLE_CLEARANCE_M:g} m"
-                    )
-                    raise ValueError(msg)
+            obstacle = self.obstacle(mount.position_m)
+            if obstacle is not None:
+                msg = f"mount {name!r} is {obstacle}"
+                raise ValueError(msg)
         return self
+
+    def obstacle(self, place: Vector) -> str | None:
+        """What stands in the way of a sensor at a place, with what is allowed; None where nothing does.
+
+        A mesh and a point dipole mean nothing closer than their own size.
+
+        Parameters
+        ----------
+        place : (3,) [m]
+            Body axes.
+        """
+        for part in self.steel:
+            clearance = part.clearance_m(place)
+            if clearance < part.element_size_m:
+                return (
+                    f"{clearance:.3g} m from steel part {part.name!r}; "
+                    f"allowed: at least its element size, {part.element_size_m:g} m"
+                )
+        for dipole in (*self.permanent, *self.hinged):
+            distance = math.dist(place, dipole.position_m)
+            if distance < DIPOLE_CLEARANCE_M:
+                return f"{distance:.3g} m from dipole {dipole.name!r}; allowed: at least {DIPOLE_CLEARANCE_M:g} m"
+        return None
