@@ -1,6 +1,7 @@
 """Rotations between the frames of the conventions page, for arrays of attitudes.
 
 Attitude is ``(..., 3)`` [rad]: roll, pitch, heading, turned in the order heading (z), pitch (y), roll (x).
+A quaternion is ``(..., 4)``, scalar first; ``quaternion_product`` chains two as matrices are chained.
 """
 
 import numpy as np
@@ -48,6 +49,98 @@ def attitude_from_rot_nb(rot_nb: np.ndarray) -> np.ndarray:
         ],
         axis=-1,
     )
+
+
+def quaternion_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Hamilton's product of ``(..., 4)`` quaternions, which belongs to the product of their rotation matrices."""
+    w, x, y, z = np.moveaxis(first, -1, 0)
+    a, b, c, d = np.moveaxis(second, -1, 0)
+    return np.stack(
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ],
+        axis=-1,
+    )
+
+
+def quaternion_inverse(quaternion: np.ndarray) -> np.ndarray:
+    """Quaternions ``(..., 4)`` of the inverse rotations; those of length 1 stay so."""
+    return quaternion * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def quaternion_nb_from_attitude(attitude: np.ndarray) -> np.ndarray:
+    """Quaternion of ``rot_nb``.
+
+    Parameters
+    ----------
+    attitude : (..., 3) [rad]
+        Roll, pitch, heading.
+
+    Returns
+    -------
+    (..., 4)
+        Of length 1; continuous where the attitude is (Stevens and Lewis, Aircraft Control and Simulation, eq. 1.3-33).
+    """
+    half = 0.5 * np.asarray(attitude, dtype=float)
+    (sr, sp, sh), (cr, cp, ch) = np.moveaxis(np.sin(half), -1, 0), np.moveaxis(np.cos(half), -1, 0)
+    return np.stack(
+        [
+            ch * cp * cr + sh * sp * sr,
+            ch * cp * sr - sh * sp * cr,
+            ch * sp * cr + sh * cp * sr,
+            sh * cp * cr - ch * sp * sr,
+        ],
+        axis=-1,
+    )
+
+
+def attitude_from_quaternion_nb(quaternion: np.ndarray) -> np.ndarray:
+    """Attitude that belongs to a quaternion of ``rot_nb``.
+
+    The quaternion of an attitude gives half the sum and half the difference of heading and roll as angles in two
+    planes, and the pitch by the lengths there: nothing is lost near the vertical, where heading and roll are not
+    known apart but together. Bernardes and Viollet, PLOS ONE 17 (2022) e0276302, have this for all sequences.
+
+    Parameters
+    ----------
+    quaternion : (..., 4)
+        Of any length but 0.
+
+    Returns
+    -------
+    (..., 3) [rad]
+        Roll and heading in [-pi, pi), pitch in [-pi/2, pi/2].
+    """
+    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    half_sum, half_difference = np.arctan2(x + z, w - y), np.arctan2(z - x, w + y)
+    pitch = 2.0 * np.arctan2(np.hypot(w + y, z - x), np.hypot(w - y, x + z)) - 0.5 * np.pi
+    return np.stack([wrap_pi(half_sum - half_difference), pitch, wrap_pi(half_sum + half_difference)], axis=-1)
+
+
+def body_rates(attitude: np.ndarray, attitude_rate: np.ndarray) -> np.ndarray:
+    """Angular rate of the body relative to the local axes, in body axes, of a changing attitude.
+
+    Parameters
+    ----------
+    attitude : (..., 3) [rad]
+        Roll, pitch, heading.
+    attitude_rate : (..., 3) [rad/s]
+        Their time derivatives.
+
+    Returns
+    -------
+    (..., 3) [rad/s]
+        Stevens, Lewis, Johnson, Aircraft Control and Simulation, eq. 1.4-3.
+    """
+    roll, pitch, _ = np.moveaxis(np.asarray(attitude, dtype=float), -1, 0)
+    rolling, pitching, turning = np.moveaxis(np.asarray(attitude_rate, dtype=float), -1, 0)
+    p = rolling - np.sin(pitch) * turning
+    q = np.cos(roll) * pitching + np.sin(roll) * np.cos(pitch) * turning
+    r = -np.sin(roll) * pitching + np.cos(roll) * np.cos(pitch) * turning
+    return np.stack([p, q, r], axis=-1)
 
 
 def rotate(rot: np.ndarray, vectors: np.ndarray) -> np.ndarray:

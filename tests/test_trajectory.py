@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
+from magsim.earth import rot_ne_at
+from magsim.frames import attitude_from_rot_nb, body_rates, rot_nb_from_attitude
+from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory, Turning, hermite_spline
 from magsim.truth import FieldTruth
 
 
@@ -9,7 +12,16 @@ def trajectory(rate_hz=30.0, start_s=-2.0, stop_s=20.0):
     t = np.arange(round(start_s * rate_hz), round(stop_s * rate_hz) + 1) / rate_hz
     wave = np.sin(2 * np.pi * 0.3 * t)
     columns3 = np.stack([wave, 0.5 * wave, 1.0 + t], axis=1)
-    return Trajectory(t, 0.3 + 1e-6 * t, 1.9 + 2e-6 * t, 3000.0 + wave, 70.0 + columns3, 0.1 * columns3, columns3)
+    attitude, rate_b = attitude_at(t)
+    return Trajectory(t, 0.3 + 1e-6 * t, 1.9 + 2e-6 * t, 3000.0 + wave, 70.0 + columns3, attitude, rate_b)
+
+
+def attitude_at(t):
+    """Roll, pitch, heading and the rates that belong to them."""
+    omega = 2 * np.pi * 0.3
+    angles = 0.1 * np.stack([np.sin(omega * t), 0.5 * np.cos(omega * t), 1.0 + t], axis=1)
+    change = 0.1 * np.stack([omega * np.cos(omega * t), -0.5 * omega * np.sin(omega * t), np.ones_like(t)], axis=1)
+    return angles, body_rates(angles, change)
 
 
 def test_spline_between_the_rows():
@@ -17,7 +29,11 @@ def test_spline_between_the_rows():
     times = np.linspace(-1.5, 19.5, 777)
     there = path.at(times)
     np.testing.assert_allclose(there.alt_m, 3000.0 + np.sin(2 * np.pi * 0.3 * times), atol=1e-5)
-    np.testing.assert_allclose(there.attitude[:, 2], 0.1 * (1.0 + times), atol=1e-12)
+    attitude, rate_b = attitude_at(times)
+    np.testing.assert_allclose(there.attitude, attitude, atol=1e-7)
+    # The place of this path does not follow its velocity: north turns by 3e-5 rad/s less than that says.
+    np.testing.assert_allclose(there.rate_b, rate_b, atol=5e-5)
+    np.testing.assert_allclose(path.at(path.time_s).attitude, path.attitude, rtol=0, atol=1e-14)
     np.testing.assert_allclose(there.velocity_n[:, 1], 70.0 + 0.5 * np.sin(2 * np.pi * 0.3 * times), atol=1e-5)
     np.testing.assert_allclose(path.at(path.time_s).lat_rad, path.lat_rad, rtol=0, atol=1e-15)
     assert path.rate_hz == pytest.approx(30.0)
@@ -30,6 +46,86 @@ def test_spline_converges_with_the_fourth_power():
         np.abs(trajectory(rate).at(times).alt_m - 3000.0 - np.sin(2 * np.pi * 0.3 * times)).max() for rate in (10, 20)
     ]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)
+
+
+def test_hermite_spline_has_what_goes_in_three_derivatives_and_the_sixth_order():
+    t = np.linspace(0.0, 4.0, 9)
+    quintic = np.polynomial.Polynomial([1.0, -2.0, 0.5, 0.3, -0.2, 0.05])
+    fine = np.linspace(0.0, 4.0, 101)
+    curve = hermite_spline(t, quintic(t)[:, None], quintic.deriv()(t)[:, None])
+    np.testing.assert_allclose(curve(fine)[:, 0], quintic(fine), atol=1e-12)
+    errors = []
+    for rows in (41, 81):
+        t = np.linspace(0.0, 4.0, rows)
+        curve = hermite_spline(t, np.sin(5.0 * t)[:, None], 5.0 * np.cos(5.0 * t)[:, None])
+        np.testing.assert_allclose(curve(t)[:, 0], np.sin(5.0 * t), atol=1e-13)
+        np.testing.assert_allclose(curve(t, 1)[:, 0], 5.0 * np.cos(5.0 * t), atol=1e-12)
+        for order, size in ((2, 25.0), (3, 125.0)):
+            below, above = curve(t[1:-1] - 1e-9, order), curve(t[1:-1] + 1e-9, order)
+            np.testing.assert_allclose(below, above, rtol=0, atol=1e-6 * size)
+        fine = np.linspace(0.5, 3.5, 999)
+        errors.append(np.abs(curve(fine)[:, 0] - np.sin(5.0 * fine)).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(6.0, abs=0.2)
+
+
+@pytest.mark.parametrize("time", [[0.0, 1.0], [0.0, 1.0, 2.5]])
+def test_hermite_spline_wants_even_rows(time):
+    values = np.ones((len(time), 1))
+    with pytest.raises(ValueError, match=rf"{len(time)} rows of a log, not three at least at even times"):
+        hermite_spline(np.array(time), values, values)
+
+
+@pytest.mark.parametrize("known_rates", [True, False])
+@pytest.mark.parametrize(
+    ("first", "rate"),
+    [
+        ((0.1, 0.05, 3.0), (0.0, 0.03, 0.4)),  # heading wraps
+        ((3.0, 0.0, 1.0), (0.5, 0.0, 0.0)),  # on its back and round
+        ((0.0, 1.2, 0.3), (0.02, 0.3, 0.01)),  # over the vertical
+        ((0.0, 0.0, -3.1), (0.3, -0.4, 0.6)),  # tumbling
+    ],
+)
+def test_turning_is_exact_through_every_attitude_and_over_the_pole(first, rate, known_rates):
+    """A body that turns evenly relative to the Earth while it flies over the pole and the date line."""
+    time = np.arange(0, 10 * 30 + 1) / 30.0
+    start = Rotation.from_euler("ZYX", first[::-1])
+    fine = np.linspace(1.0, 9.0, 2003)
+
+    def place(t):
+        # Straight over the pole, 1 m beside it.
+        x, y = 75.0 / 6.4e6 * (t - 5.0), np.full_like(t, 1.0 / 6.4e6)
+        return 0.5 * np.pi - np.arcsin(np.hypot(x, y)), np.arctan2(y, x)
+
+    def turned(t):
+        return start * Rotation.from_rotvec(t[:, None] * np.array(rate))
+
+    def attitude(t):
+        rot_nb = rotate_matrices(rot_ne_at(*place(t)), turned(t).as_matrix())
+        return attitude_from_rot_nb(rot_nb)
+
+    rates = np.broadcast_to(rate, (len(time), 3)) if known_rates else None
+    found, found_rate = Turning(time, *place(time), attitude(time), rates).at(fine, *place(fine))
+    exact = rotate_matrices(rot_ne_at(*place(fine)), turned(fine).as_matrix())
+    np.testing.assert_allclose(rot_nb_from_attitude(found), exact, atol=1e-10 if known_rates else 1e-7)
+    np.testing.assert_allclose(found_rate, np.broadcast_to(rate, found_rate.shape), atol=1e-8 if known_rates else 1e-5)
+    assert np.abs(np.diff(found[:, 2])).max() < np.pi + 0.1  # over the pole, half a turn at most
+
+
+def rotate_matrices(first, second):
+    return np.einsum("nij,njk->nik", first, second)
+
+
+def test_heading_stays_continuous_over_many_turns():
+    time = np.arange(0, 100 * 30 + 1) / 30.0
+    heading = 0.5 * time - 40.0
+    angles = np.stack([0.5 + 0.0 * time, 0.0 * time, heading], axis=1)
+    zero = 0.0 * time
+    still = np.zeros((len(time), 3))
+    path = Trajectory(
+        time, 0.3 + zero, 1.9 + zero, zero, still, angles, body_rates(angles, still + np.array([0.0, 0.0, 0.5]))
+    )
+    fine = np.linspace(0.0, 100.0, 1234)
+    np.testing.assert_allclose(path.at(fine).attitude[:, 2], 0.5 * fine - 40.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("time", [-2.1, 20.1, np.nan])

@@ -1,7 +1,14 @@
 """The Earth as everyone may know it: the WGS-84 ellipsoid and the IGRF main field."""
 
 from magsim.earth.igrf import decimal_year, decimal_years, igrf
-from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, radii_of_curvature, rot_ne_at
+from magsim.earth.wgs84 import (
+    ecef_from_geodetic,
+    geodetic_from_ecef,
+    quaternion_en_at,
+    radii_of_curvature,
+    rot_ne_at,
+    transport_rate,
+)
 
 __all__ = [
     "decimal_year",
@@ -9,6 +16,8 @@ __all__ = [
     "ecef_from_geodetic",
     "geodetic_from_ecef",
     "igrf",
+    "quaternion_en_at",
     "radii_of_curvature",
     "rot_ne_at",
+    "transport_rate",
 ]

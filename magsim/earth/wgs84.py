@@ -116,3 +116,42 @@ def rot_ne_at(lat_rad: np.ndarray | float, lon_rad: np.ndarray | float) -> np.nd
     rot[..., 2, 1] = -cp * sl
     rot[..., 2, 2] = -sp
     return rot
+
+
+def quaternion_en_at(lat_rad: np.ndarray | float, lon_rad: np.ndarray | float) -> np.ndarray:
+    """Quaternion of the rotation from local north-east-down to Earth-fixed axes, that of ``rot_ne_at`` turned back.
+
+    Parameters
+    ----------
+    lat_rad, lon_rad : (...) [rad]
+        Geodetic latitude and longitude; they broadcast.
+
+    Returns
+    -------
+    (..., 4)
+        Scalar first: longitude about z, then -(90 degrees + latitude) about y.
+    """
+    lat, lon = np.broadcast_arrays(np.asarray(lat_rad, dtype=float), np.asarray(lon_rad, dtype=float))
+    tip, turn = -0.5 * (lat + 0.5 * np.pi), 0.5 * lon
+    st, ct, sl, cl = np.sin(tip), np.cos(tip), np.sin(turn), np.cos(turn)
+    return np.stack([cl * ct, -sl * st, cl * st, sl * ct], axis=-1)
+
+
+def transport_rate(lat_rad: np.ndarray, alt_m: np.ndarray, velocity_n: np.ndarray) -> np.ndarray:
+    """Angular rate of the local north-east-down axes over the Earth, in these axes.
+
+    Parameters
+    ----------
+    lat_rad : (n,) [rad]
+    alt_m : (n,) [m]
+    velocity_n : (n, 3) [m/s]
+
+    Returns
+    -------
+    (n, 3) [rad/s]
+        Groves, Principles of GNSS, eq. 5.44.
+    """
+    meridian, normal = radii_of_curvature(lat_rad)
+    north, east = velocity_n[:, 0], velocity_n[:, 1]
+    along = east / (normal + alt_m)
+    return np.stack([along, -north / (meridian + alt_m), -along * np.tan(lat_rad)], axis=-1)

@@ -28,8 +28,8 @@ from magsim.flight.plant import (
     Setup,
     bare_steps,
     ground_speed,
-    integrators_for,
 )
+from magsim.flight.rates import integrators_for, log_rate_hz
 from magsim.flight.track import fly_track
 from magsim.flight.watch import Watch
 from magsim.scenario import LogShear, Scenario, Survey, Track, TrackLog, ground_of, legs_allowed, needed_s, parts_of
@@ -70,7 +70,8 @@ def fly(
     Returns
     -------
     Flight
-        Logged at ``scenario.flight.log_hz``, from 4 s before the first row to 4 s after the last.
+        Logged at ``scenario.flight.log_hz`` or the rate that the aircraft needs, from 4 s before the first row to
+        4 s after the last.
 
     Raises
     ------
@@ -93,7 +94,8 @@ def fly(
     response = UNITY
     if axes:
         response = loop_response(aircraft.facts, axes, setup)
-    warmup_s, log_hz = scenario.flight.warmup_s, scenario.flight.log_hz
+    warmup_s = scenario.flight.warmup_s
+    log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.wind_mps)
     pilot = Pilot(
         aircraft.facts,
@@ -272,7 +274,7 @@ def _flight(
 ) -> Flight:
     """Cut the log and tell what was flown."""
     crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
-    log_hz, rate_hz = scenario.flight.log_hz, scenario.recording.rate_hz
+    log_hz, rate_hz = pilot.log_hz, scenario.recording.rate_hz
     zero = first_row_s(crossings[0].time_s, log_hz)
     log = log.cut(zero - MARGIN_S, end + MARGIN_S, zero)
     carrier = log.trajectory(aircraft.facts.cg_b)

@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 
 from magsim.aircraft.facts import Facts
-from magsim.earth.wgs84 import radii_of_curvature
+from magsim.earth.wgs84 import radii_of_curvature, transport_rate
 from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
 from magsim.flight.drape import HeightPlan
@@ -93,14 +93,6 @@ class Log:
         }
 
 
-def transport_rate(lat_rad: np.ndarray, alt_m: np.ndarray, velocity_n: np.ndarray) -> np.ndarray:
-    """Angular rate of the local frame over the Earth, (n, 3) [rad/s] (Groves, Principles of GNSS, eq. 5.44)."""
-    meridian, normal = radii_of_curvature(lat_rad)
-    north, east = velocity_n[:, 0], velocity_n[:, 1]
-    along = east / (normal + alt_m)
-    return np.stack([along, -north / (meridian + alt_m), -along * np.tan(lat_rad)], axis=-1)
-
-
 class Pilot:
     """Flies a plant along a path.
 
@@ -131,6 +123,7 @@ class Pilot:
 
     Attributes
     ----------
+    log_hz : int
     planned : list of (float, float)
         Time of each tick [s] and planned height there [m]; empty without a plan.
     """
@@ -165,7 +158,7 @@ class Pilot:
         self.path: Sequence[Element] = path
         self._plane, self._parts, self._setup = plane, tuple(parts), setup
         self._response = response
-        self._log_hz = log_hz
+        self.log_hz = log_hz
         self._steps_per_row = setup.step_hz // log_hz
         self._rows = array("d", self.plant.row)
         self._seen = 0
@@ -176,7 +169,7 @@ class Pilot:
 
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
         """Fly until ``done`` says so; ``tick`` is called after every tick of the guidance."""
-        rows_per_tick = self._log_hz // TICK_HZ
+        rows_per_tick = self.log_hz // TICK_HZ
         run, steps, rows = self.plant.run, self._steps_per_row, self._rows
         self._guide()
         while not done(self):
@@ -186,7 +179,7 @@ class Pilot:
             if tick is not None:
                 tick(self)
         table = np.frombuffer(rows, dtype=float).reshape(-1, len(CHANNELS)) * TO_SI
-        return Log(np.arange(len(table)) / self._log_hz, table)
+        return Log(np.arange(len(table)) / self.log_hz, table)
 
     def _guide(self) -> None:
         value, time, guidance = self.plant.value, self.plant.time_s, self.guidance
@@ -270,7 +263,7 @@ class Pilot:
             crossing = crossings[self._seen]
             if self._seen == 0:
                 # Gusts count from the first row, on JSBSim's clock.
-                zero_s = first_row_s(crossing.time_s, self._log_hz)
+                zero_s = first_row_s(crossing.time_s, self.log_hz)
                 self._gusts.begin(zero_s, self.plant.clock_s - self.plant.time_s)
                 self.flaps.begin(zero_s)
             self._seen += 1

@@ -16,32 +16,14 @@ import numpy as np
 
 from magsim.aircraft.facts import Facts, TurbopropEngine
 from magsim.earth.wgs84 import radii_of_curvature
-from magsim.errors import DataError, RequestError
-from magsim.flight.aero import derivatives, flap_lift, inertia
+from magsim.errors import DataError
+from magsim.flight.aero import flap_lift
 from magsim.flight.air import CALM, Weather, weather_xml
 from magsim.flight.autopilot import INPUTS, Sine
 from magsim.flight.engines import lever_of, settling_time
 from magsim.flight.model import STILL_AIR, write_model
-from magsim.units import FT, LB, LBF, RHO0, SLUG_FT3
-
-INTEGRATORS = {"rate/rotational": 4, "position/rotational": 7, "rate/translational": 3, "position/translational": 4}
-"""JSBSim's integrators: 3 is Adams-Bashforth of second order, 4 of third, 7 is Buss's augmented second-order step.
-
-JSBSim's defaults for rotation are Euler's rule, which is wrong by degrees after half a minute of tumbling
-(NESC check case Atmos_02). More than third order does not help either: turbulence changes the moments from step to
-step, and Adams-Bashforth of fifth order for both groups makes of that a zigzag of the attitude that a log below the
-step rate cannot follow, four times larger than with these two.
-A small aircraft, whose rotation is damped within a few steps, bears less order there: see ``integrators_for``.
-"""
-
-ADAMS_BASHFORTH = ((9, 0.163), (5, 0.300), (4, 0.545), (3, 1.000))
-"""JSBSim's number of each Adams-Bashforth scheme, orders 5 to 2, and the largest step times damping that it bears.
-
-The ends of the intervals of absolute stability are those of Hairer and Wanner, Solving ODE II, V.1: 1, 6/11, 3/10 and
-90/551.
-"""
-LOOP_FACTOR = 2.5
-"""By how much the autopilot's loops may be faster than the damping of the airframe alone."""
+from magsim.flight.rates import INTEGRATORS, integrators_for
+from magsim.units import FT, LB, LBF, SLUG_FT3
 
 CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("lat", "position/lat-geod-rad", 1.0),
@@ -148,33 +130,6 @@ def silence() -> None:
     logger = jsbsim.DefaultLogger()
     logger.set_min_level(jsbsim.LogLevel.FATAL)
     jsbsim.set_logger(logger)
-
-
-def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
-    """JSBSim's integrators for an aircraft: the rates of rotation by the highest order that is stable.
-
-    The higher an Adams-Bashforth scheme's order, the less damping it bears in a step. The fastest decay of an
-    airframe is that of its roll, ``rho V S b^2 |Cl_p| / (4 Ixx)``, or of its pitch: a few 1/s for a Cessna, 20 1/s for
-    a drone of 10 kg. It is taken at the highest speed at sea level, so that an aircraft has one scheme for each rate.
-
-    Raises
-    ------
-    RequestError
-        If no scheme is stable at that rate.
-    """
-    d, moments, geometry = derivatives(facts), inertia(facts), facts.geometry
-    flow = RHO0 * facts.limits.speed_mps[1] * geometry.wing_area.value / 4.0
-    roll = flow * geometry.span.value**2 * abs(d.roll_p) / moments.xx
-    pitch = flow * geometry.mean_chord.value**2 * abs(d.cm_q + d.cm_alphadot) / moments.yy
-    needed = LOOP_FACTOR * max(roll, pitch) / step_hz
-    numbers = [number for number, _ in ADAMS_BASHFORTH]
-    upto = ADAMS_BASHFORTH[numbers.index(INTEGRATORS["rate/rotational"]) :]
-    order = next((number for number, bears in upto if needed <= bears), None)
-    if order is None:
-        least = math.ceil(LOOP_FACTOR * max(roll, pitch) / ADAMS_BASHFORTH[-1][1])
-        msg = f"flight.step_hz: {step_hz} steps a second are too few for {facts.title}; allowed: at least {least}"
-        raise RequestError(msg)
-    return INTEGRATORS | {"rate/rotational": order}
 
 
 def load(facts: Facts, step_hz: int, *, twin: bool = False, air_xml: str = STILL_AIR) -> jsbsim.FGFDMExec:

@@ -1,7 +1,7 @@
 """Flying a logged track: no flight model, the motion of the file itself.
 
-Cubic splines through position and attitude give the motion between the rows; velocity and body rates are their
-derivatives, so that all of them belong to one motion.
+Cubic splines through the position and through the rotation to the Earth give the motion between the rows; velocity
+and body rates are their derivatives, so that all of them belong to one motion.
 """
 
 import math
@@ -11,11 +11,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.aircraft import Aircraft
-from magsim.earth import radii_of_curvature
+from magsim.earth.wgs84 import radii_of_curvature, transport_rate
+from magsim.flight.rates import log_rate_hz
+from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import Scenario, TrackLog
 from magsim.scenario.track import SURFACES
 from magsim.terrain import Ground, TangentPlane
-from magsim.trajectory import Flight, Segment, Trajectory
+from magsim.trajectory import Flight, Segment, Trajectory, Turning
 
 
 def fly_track(
@@ -43,12 +45,13 @@ def fly_track(
     lat, lon = _position(scenario, track)
     alt = track["alt"] + (ground.geoid_m if pattern.heights == "sea" and ground is not None else 0.0)
     time = (track["time"] - track["time"][0]) - margin_s
-    attitude = np.stack([np.unwrap(track[name]) for name in ("roll", "pitch", "heading")], axis=-1)
-    motion = CubicSpline(time, np.column_stack([lat, np.unwrap(lon), alt, attitude]))
-    log_hz, rate_hz = scenario.flight.log_hz, scenario.recording.rate_hz
+    place = CubicSpline(time, np.column_stack([lat, np.unwrap(lon), alt]))
+    turning = Turning(time, lat, lon, np.stack([track[name] for name in ("roll", "pitch", "heading")], axis=-1))
+    settings, rate_hz = scenario.flight, scenario.recording.rate_hz
+    log_hz = settings.log_hz or log_rate_hz(aircraft.facts, settings.step_hz)
     last = math.floor(time[-1] * log_hz + 1e-9)
     grid = np.arange(-round(margin_s * log_hz), last + 1) / log_hz
-    carrier = _trajectory(motion(grid), motion(grid, 1), grid, aircraft.facts.cg_b)
+    carrier = _trajectory(place(grid), place(grid, 1), turning, grid, aircraft.facts.cg_b)
     duration = math.floor((last / log_hz - margin_s) * rate_hz + 1e-9) / rate_hz
     surfaces = {name: track[name] for name in SURFACES if name in track}
     controls = {name: CubicSpline(time, value)(grid) for name, value in surfaces.items()}
@@ -79,42 +82,26 @@ def _position(scenario: Scenario, track: TrackLog) -> tuple[np.ndarray, np.ndarr
     return plane.geodetic(track["north"], track["east"])
 
 
-def _trajectory(place: np.ndarray, rate: np.ndarray, time_s: np.ndarray, cg_b: tuple[float, ...]) -> Trajectory:
-    """Motion from latitude, longitude, height, roll, pitch, heading and their time derivatives, (n, 6) each."""
-    lat, lon, alt, roll, pitch, _ = place.T
+def _trajectory(
+    place: np.ndarray, change: np.ndarray, turning: Turning, time_s: np.ndarray, cg_b: tuple[float, ...]
+) -> Trajectory:
+    """Motion from latitude, longitude and height, their time derivatives, (n, 3) each, and the curve of rotation."""
+    lat, lon, alt = place.T
     meridian, normal = radii_of_curvature(lat)
     velocity_n = np.stack(
-        [rate[:, 0] * (meridian + alt), rate[:, 1] * (normal + alt) * np.cos(lat), -rate[:, 2]], axis=-1
+        [change[:, 0] * (meridian + alt), change[:, 1] * (normal + alt) * np.cos(lat), -change[:, 2]], axis=-1
     )
+    attitude, rate_eb_b = turning.at(time_s, lat, lon)
     return Trajectory(
         time_s=time_s,
         lat_rad=lat,
         lon_rad=lon,
         alt_m=alt,
         velocity_n=velocity_n,
-        attitude=place[:, 3:],
-        rate_b=body_rates(roll, pitch, rate[:, 3:]),
+        attitude=attitude,
+        rate_b=rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n)),
         reference_b=np.array(cg_b),
     )
-
-
-def body_rates(roll: np.ndarray, pitch: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Body rates from the rates of roll, pitch and heading (Stevens, Lewis, Johnson, Aircraft Control, eq. 1.4-3).
-
-    Parameters
-    ----------
-    roll, pitch : (n,) [rad]
-    rate : (n, 3) [rad/s]
-
-    Returns
-    -------
-    (n, 3) [rad/s]
-    """
-    rolling, pitching, turning = rate.T
-    p = rolling - np.sin(pitch) * turning
-    q = np.cos(roll) * pitching + np.sin(roll) * np.cos(pitch) * turning
-    r = -np.sin(roll) * pitching + np.cos(roll) * np.cos(pitch) * turning
-    return np.stack([p, q, r], axis=-1)
 
 
 def _segments(track: TrackLog, time: np.ndarray, duration: float, carrier: Trajectory) -> Iterator[Segment]:

@@ -64,7 +64,12 @@ class FlightSettings(Strict):
     """How the flight model is run."""
 
     step_hz: int = Field(default=120, ge=60, le=960, multiple_of=60, description="step rate of JSBSim")
-    log_hz: int = Field(default=30, ge=10, le=240, description="log rate of the trajectory; divides step_hz")
+    log_hz: int | None = Field(
+        default=None,
+        ge=10,
+        le=240,
+        description="log rate of the trajectory; divides step_hz; without it what the aircraft's fastest motion needs",
+    )
     warmup_s: float = Field(default=60.0, ge=30.0, le=600.0, description="flown and thrown away before row 0")
     leg_tolerance_m: float = Field(default=300.0, gt=0.0, description="a leg flown farther from its line is missed")
     surface_saturation_s: float = Field(
@@ -79,9 +84,9 @@ class FlightSettings(Strict):
 
     @field_validator("log_hz")
     @classmethod
-    def _divides(cls, value: int, info: ValidationInfo) -> int:
+    def _divides(cls, value: int | None, info: ValidationInfo) -> int | None:
         step = info.data.get("step_hz")
-        if value % 10 or (step and step % value):
+        if value is not None and (value % 10 or (step and step % value)):
             msg = f"{value} is not a multiple of 10 that divides step_hz = {step}; allowed: e.g. 10, 20, 30, 60"
             raise ValueError(msg)
         return value

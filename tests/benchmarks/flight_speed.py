@@ -5,10 +5,10 @@ Run ``python tests/benchmarks/flight_speed.py [--json] [--repeat N] [--seconds S
 ``cpu_over_bare_jsbsim``: CPU time of the whole flight half with its log over a bare run of the same model, rate and
 length, side by side. ``two_process_scaling``: flights a second of two spawned processes over those of one, which tells
 something only where two cores are free; the row by CPU time leaves out what other work takes from them.
-``interpolation_error_deg``: attitude between the rows of a 30 Hz log against a log of every step, in turbulence of
-severity 3. ``rate_convergence_deg``: attitude at 120 Hz against 960 Hz over 100 s of maneuvers. ``memory_growth_mb``:
-resident memory after many short flights in one process, over that after the first tenth of them; 1000 of them with
-``--flights 1000``.
+``interpolation_error_deg``: attitude between the rows of the log at its default rate against a log of every step, in
+turbulence of severity 3, of the Cessna at 3000 m and of the drone at 100 m. ``rate_convergence_deg``: attitude at
+120 Hz against 960 Hz over 100 s of maneuvers. ``memory_growth_mb``: resident memory after many short flights in one
+process, over that after the first tenth of them; 1000 of them with ``--flights 1000``.
 """
 
 import argparse
@@ -24,19 +24,22 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 
-from magsim.aircraft import Aircraft
+from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight import bare_run, fly
 from magsim.flight.air import Weather
 from magsim.flight.maneuvers import UNITY, Sweep
 from magsim.flight.patterns import LocalPlane, path_of
 from magsim.flight.pilot import Pilot
 from magsim.flight.plant import Setup
+from magsim.flight.rates import log_rate_hz
 from magsim.scenario import Box, LoadedScenario, Scenario, load_scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
 MEMORY = Path("/proc/self/statm")
 """Where Linux tells the memory of a process, in pages."""
 STRAIGHT = Setup(lat_rad=0.29, lon_rad=1.97, alt_m=3000.0, course=0.0, speed_mps=75.0)
+LOW = Setup(lat_rad=0.29, lon_rad=1.97, alt_m=100.0, course=0.0, speed_mps=25.0)
+"""Where the drone flies."""
 TRAINS = (("pitch", 5.0, 10.0), ("roll", 10.0, 33.0), ("yaw", 5.0, 56.0))
 """Axis, amplitude [deg] and start [s] of the maneuvers of the comparison of rates: a figure-of-merit set, 5 s each."""
 
@@ -114,11 +117,14 @@ def attitude(aircraft: Aircraft, setup: Setup, log_hz: int, duration_s: float, s
     return log.trajectory(aircraft.facts.cg_b).attitude
 
 
-def interpolation_error_deg(aircraft: Aircraft, log_hz: int, seeds: int = 3) -> float:
-    """Largest difference between a moderate log's interpolant and the log of every step."""
+def interpolation_error_deg(
+    aircraft: Aircraft, log_hz: int | None = None, seeds: int = 3, place: Setup = STRAIGHT
+) -> float:
+    """Largest difference between the interpolant of a log, at its default rate if none, and the log of every step."""
     worst = 0.0
+    log_hz = log_hz or log_rate_hz(aircraft.facts, place.step_hz)
     for seed in range(1, seeds + 1):
-        setup = replace(STRAIGHT, weather=Weather(severity=3, seed=seed))
+        setup = replace(place, weather=Weather(severity=3, seed=seed))
         pilot = pilot_of(aircraft, setup, setup.step_hz, [])
         full = pilot.fly(lambda pilot: pilot.plant.time_s >= 120.0).trajectory(aircraft.facts.cg_b)
         every = setup.step_hz // log_hz
@@ -172,8 +178,9 @@ def main() -> None:
     loaded = load_scenario(arguments.scenario)
     rows = speed_rows(loaded, arguments.repeat)
     rows += scaling_rows(arguments.scenario, arguments.repeat, arguments.seconds)
-    error = interpolation_error_deg(loaded.aircraft, loaded.scenario.flight.log_hz)
-    rows.append(at_most("interpolation_error_deg", error, "deg", 0.002))
+    rows.append(at_most("interpolation_error_deg", interpolation_error_deg(loaded.aircraft), "deg", 0.002))
+    drone = interpolation_error_deg(load_aircraft("uav"), place=LOW)
+    rows.append(at_most("interpolation_error_uav_deg", drone, "deg", 0.002))
     rows.append(at_most("rate_convergence_deg", rate_convergence_deg(loaded.aircraft), "deg", 0.05))
     if MEMORY.exists():
         rows.append(at_most("memory_growth_mb", memory_growth_mb(loaded, arguments.flights), "MB", 5.0))

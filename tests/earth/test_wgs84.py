@@ -2,8 +2,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, radii_of_curvature, rot_ne_at
+from magsim.earth import (
+    ecef_from_geodetic,
+    geodetic_from_ecef,
+    quaternion_en_at,
+    radii_of_curvature,
+    rot_ne_at,
+    transport_rate,
+)
 from magsim.earth.wgs84 import SEMI_MAJOR_M, SEMI_MINOR_M
 
 
@@ -58,3 +66,23 @@ def test_radii_are_those_of_small_steps(lat):
     rot = rot_ne_at(lat, 0.4)
     np.testing.assert_allclose(rot @ north, [meridian + alt, 0, 0], atol=1e-2)
     np.testing.assert_allclose(rot @ east, [0, (normal + alt) * np.cos(lat), 0], atol=1e-2)
+
+
+def test_quaternions_of_the_axes_are_their_matrices():
+    rng = np.random.default_rng(0)
+    lat, lon = np.arcsin(rng.uniform(-1, 1, 200)), rng.uniform(-4, 4, 200)
+    turned = Rotation.from_quat(quaternion_en_at(lat, lon), scalar_first=True).as_matrix()
+    np.testing.assert_allclose(np.swapaxes(turned, 1, 2), rot_ne_at(lat, lon), atol=1e-15)
+
+
+def test_the_axes_turn_with_the_motion_over_the_earth():
+    lat, lon, alt, velocity = np.array([0.9]), np.array([0.4]), np.array([1500.0]), np.array([[40.0, -60.0, 3.0]])
+    meridian, normal = radii_of_curvature(lat)
+    lat_rate, lon_rate = velocity[:, 0] / (meridian + alt), velocity[:, 1] / ((normal + alt) * np.cos(lat))
+    step = 10.0
+    before, after = (
+        Rotation.from_matrix(rot_ne_at(lat + s * lat_rate, lon + s * lon_rate)).inv() for s in (-step, step)
+    )
+    # Turned from before to after, seen in the axes themselves.
+    turned = (before.inv() * after).as_rotvec() / (2.0 * step)
+    np.testing.assert_allclose(transport_rate(lat, alt, velocity), turned, rtol=1e-7)

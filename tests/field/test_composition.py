@@ -13,7 +13,7 @@ from magsim.field.composition import MAKERS, parts_on
 from magsim.field.dipoles import dipole_field
 from magsim.field.main_field import earth_along
 from magsim.field.situation import simulation_times, used_mounts
-from magsim.frames import rot_nb_from_attitude, rotate, rotate_about, rotate_back
+from magsim.frames import body_rates, rot_nb_from_attitude, rotate, rotate_about, rotate_back
 from magsim.scenario import Scenario
 from magsim.trajectory import Flight, Trajectory
 
@@ -43,7 +43,7 @@ def flight() -> Flight:
         alt_m=3000.0 - path[:, 2],
         velocity_n=velocity,
         attitude=attitude,
-        rate_b=rates,
+        rate_b=body_rates(attitude, rates),
         reference_b=REFERENCE_B,
     )
     controls = {name: 0.1 * np.sin(0.8 * time + i) for i, name in enumerate(SURFACES)}

@@ -12,7 +12,6 @@ from magsim.flight.air import Weather
 from magsim.flight.autopilot import Sine
 from magsim.flight.maneuvers import Sweep
 from magsim.flight.plant import (
-    INTEGRATORS,
     FlightTroubleError,
     Plant,
     Setup,
@@ -22,6 +21,7 @@ from magsim.flight.plant import (
     start,
     trim,
 )
+from magsim.flight.rates import INTEGRATORS
 
 SETUP = Setup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
 

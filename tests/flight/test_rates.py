@@ -1,9 +1,9 @@
 """What lies between the rows of the log, and between the steps: bounds that the benchmark of speed holds too."""
 
-from magsim.aircraft import Aircraft
+from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight import fly
 from magsim.scenario import load_scenario
-from tests.benchmarks.flight_speed import MEMORY, interpolation_error_deg, memory_growth_mb, rate_convergence_deg
+from tests.benchmarks.flight_speed import LOW, MEMORY, interpolation_error_deg, memory_growth_mb, rate_convergence_deg
 
 
 def test_a_moderate_log_carries_the_attitude_in_turbulence(cessna: Aircraft) -> None:
@@ -11,6 +11,12 @@ def test_a_moderate_log_carries_the_attitude_in_turbulence(cessna: Aircraft) -> 
     assert fine < 0.002
     # More rows, less error: what is measured is the interpolation.
     assert fine < 0.3 * coarse
+
+
+def test_a_nimble_aircraft_has_a_faster_log_for_that() -> None:
+    drone = load_aircraft("uav")
+    assert interpolation_error_deg(drone, seeds=1, place=LOW) < 0.002
+    assert interpolation_error_deg(drone, 30, seeds=1, place=LOW) > 0.002
 
 
 def test_the_step_rate_has_converged(cessna: Aircraft) -> None:

@@ -14,7 +14,8 @@ from magsim.benchmark import benchmark
 from magsim.errors import RequestError
 from magsim.flight import fly
 from magsim.flight.aero import derivatives, inertia, lift_curve, stall_angle
-from magsim.flight.plant import Plant, Setup, integrators_for, load
+from magsim.flight.plant import Plant, Setup, load
+from magsim.flight.rates import integrators_for, log_rate_hz
 from magsim.scenario import Scenario, load_scenario
 from magsim.simulation import simulate
 from magsim.trajectory import Flight
@@ -200,7 +201,7 @@ def test_legs_are_as_long_as_asked_and_the_circuit_closes(box: Flight) -> None:
 def test_the_step_rate_has_converged(drone: Aircraft, scenario_of: Callable[..., Scenario]) -> None:
     pattern = {"leg_m": 3700.0, "lead_s": 5.0, "maneuvers": TRAINS}
     coarse, fine = (
-        fly(scenario_of(pattern, flight={"step_hz": rate}), drone).carrier.attitude[: 100 * 30] for rate in (120, 480)
+        fly(scenario_of(pattern, flight={"step_hz": rate}), drone).carrier.attitude[: 100 * 60] for rate in (120, 480)
     )
     assert np.degrees(np.abs(coarse - fine)).max() < 0.05
 
@@ -209,6 +210,17 @@ def test_rotation_is_integrated_by_a_stable_scheme(drone: Aircraft, cessna: Airc
     assert integrators_for(cessna.facts, 120)["rate/rotational"] != integrators_for(drone.facts, 120)["rate/rotational"]
     with pytest.raises(RequestError, match=r"step_hz: 60 steps a second are too few for Survey drone.*at least \d+"):
         integrators_for(drone.facts, 60)
+
+
+def test_the_log_is_as_fast_as_the_aircraft_needs(
+    drone: Aircraft, cessna: Aircraft, scenario_of: Callable[..., Scenario]
+) -> None:
+    assert [log_rate_hz(aircraft.facts, 120) for aircraft in (cessna, drone)] == [30, 60]
+    assert (log_rate_hz(drone.facts, 60), log_rate_hz(drone.facts, 180), log_rate_hz(drone.facts, 960)) == (60, 60, 60)
+    assert (
+        scenario_of({"kind": "box"}).flight.log_hz,
+        scenario_of({"kind": "box"}, flight={"log_hz": 20}).flight.log_hz,
+    ) == (None, 20)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magsim.flight.plant import INTEGRATORS, load_from
+from magsim.flight.plant import load_from
+from magsim.flight.rates import INTEGRATORS
 from magsim.units import FT
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "nesc_atmos_02.csv"

@@ -53,3 +53,42 @@ def test_there_and_back():
 def test_signs(attitude, vector_b, vector_n):
     rot = frames.rot_nb_from_attitude(np.radians(attitude))
     np.testing.assert_allclose(frames.rotate(rot, np.array(vector_b, dtype=float)), vector_n, atol=1e-15)
+
+
+def test_quaternions_are_those_of_scipy_and_lead_back():
+    angles, others = attitudes(), attitudes(seed=1)
+    first, second = frames.quaternion_nb_from_attitude(angles), frames.quaternion_nb_from_attitude(others)
+    np.testing.assert_allclose(
+        Rotation.from_quat(first, scalar_first=True).as_matrix(), frames.rot_nb_from_attitude(angles), atol=1e-15
+    )
+    both = Rotation.from_quat(first, scalar_first=True) * Rotation.from_quat(second, scalar_first=True)
+    product = Rotation.from_quat(frames.quaternion_product(first, second), scalar_first=True)
+    np.testing.assert_allclose(product.as_matrix(), both.as_matrix(), atol=1e-14)
+    one = frames.quaternion_product(frames.quaternion_inverse(first), first)
+    np.testing.assert_allclose(one, np.broadcast_to([1.0, 0.0, 0.0, 0.0], one.shape), atol=1e-15)
+    # Near the vertical roll and heading are known less well apart, and as well as ever together.
+    back = frames.attitude_from_quaternion_nb(3.0 * first)
+    np.testing.assert_allclose(back[:, 1], angles[:, 1], rtol=0, atol=1e-15)
+    level = np.abs(angles[:, 1]) < 1.5
+    np.testing.assert_allclose(back[level], angles[level], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("short", [0.0, 1e-12, 1e-9, 1e-4])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_quaternions_lead_back_at_the_vertical(short, side):
+    angles = attitudes()
+    angles[:, 1] = side * (np.pi / 2 - short)
+    back = frames.attitude_from_quaternion_nb(frames.quaternion_nb_from_attitude(angles))
+    np.testing.assert_allclose(
+        frames.rot_nb_from_attitude(back), frames.rot_nb_from_attitude(angles), rtol=0, atol=2e-15
+    )
+
+
+def test_body_rates_are_those_of_small_turns():
+    angles, step = attitudes(), 1e-6
+    change = np.random.default_rng(2).normal(size=angles.shape)
+    before, after = (
+        Rotation.from_matrix(frames.rot_nb_from_attitude(angles + sign * step * change)) for sign in (-1, 1)
+    )
+    turned = (before.inv() * after).as_rotvec() / (2.0 * step)
+    np.testing.assert_allclose(frames.body_rates(angles, change), turned, atol=1e-8)
