@@ -10,13 +10,15 @@ from scipy.linalg import solveh_banded
 
 from magsim import columns
 from magsim.arrays import readonly
-from magsim.earth.wgs84 import quaternion_en_at, transport_rate
+from magsim.earth.grid import grid_turn_of
+from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, quaternion_en_at, rot_ne_at, transport_rate
 from magsim.frames import (
     attitude_from_quaternion_nb,
     quaternion_inverse,
     quaternion_nb_from_attitude,
     quaternion_product,
     rot_nb_from_attitude,
+    rotate,
     rotate_back,
 )
 
@@ -186,15 +188,35 @@ class Trajectory:
         """Log rate [Hz]."""
         return float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
 
-    @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self.time_s, np.column_stack([self.lat_rad, self.lon_rad, self.alt_m, self.velocity_n]))
+    @property
+    def steady_attitude(self) -> np.ndarray:
+        """Attitude with the heading of grid north near the poles, where the heading of north jumps; (n, 3) [rad]."""
+        grid = grid_turn_of(self.lat_rad)
+        if not grid:
+            return self.attitude
+        heading = np.unwrap(self.attitude[:, 2] + grid * self.lon_rad)
+        return np.column_stack([self.attitude[:, :2], heading])
 
     @cached_property
     def _turning(self) -> Turning:
         turning_n = transport_rate(self.lat_rad, self.alt_m, self.velocity_n)
         rate_eb_b = self.rate_b + rotate_back(rot_nb_from_attitude(self.attitude), turning_n)
         return Turning(self.time_s, self.lat_rad, self.lon_rad, self.attitude, rate_eb_b)
+
+    @cached_property
+    def _path(self) -> CubicSpline:
+        """Place and velocity in Earth-fixed axes, which know no poles and no date line."""
+        place_e = ecef_from_geodetic(self.lat_rad, self.lon_rad, self.alt_m)
+        velocity_e = rotate_back(rot_ne_at(self.lat_rad, self.lon_rad), self.velocity_n)
+        return CubicSpline(self.time_s, np.column_stack([place_e, velocity_e]))
+
+    def _place_at(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Latitude, longitude as continuous as that of the rows [rad], height [m], velocity (m, 3) [m/s]."""
+        rows = self._path(time_s)
+        lat, lon, alt = geodetic_from_ecef(rows[:, :3])
+        near = np.interp(time_s, self.time_s, self.lon_rad)
+        velocity_n = rotate(rot_ne_at(lat, lon), rows[:, 3:])
+        return lat, lon + 2.0 * np.pi * np.round((near - lon) / (2.0 * np.pi)), alt, velocity_n
 
     def inside(self, time_s: np.ndarray) -> np.ndarray:
         """The times, if all of them lie inside the logged span.
@@ -214,7 +236,8 @@ class Trajectory:
     def at(self, time_s: np.ndarray) -> "Trajectory":
         """The motion at other times inside the logged span.
 
-        Place and velocity are cubic splines through the rows; attitude and rates are one curve, see ``Turning``.
+        Place and velocity are cubic splines through the rows in Earth-fixed axes, which know neither date line nor
+        pole; attitude and rates are one curve, see ``Turning``.
 
         Parameters
         ----------
@@ -230,8 +253,7 @@ class Trajectory:
         ValueError
             If a time lies outside the logged span.
         """
-        rows = self._spline(self.inside(time_s))
-        lat, lon, alt, velocity_n = rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3:6]
+        lat, lon, alt, velocity_n = self._place_at(self.inside(time_s))
         attitude, rate_eb_b = self._turning.at(time_s, lat, lon)
         rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
         return Trajectory(time_s, lat, lon, alt, velocity_n, attitude, rate_b, self.reference_b)
@@ -373,8 +395,10 @@ class Flight:
         if self.wind_n is None:
             return None
         time_s = self.carrier.inside(time_s)
-        columns_n = [np.interp(time_s, self.carrier.time_s, self.wind_n[:, k]) for k in range(3)]
-        return readonly(np.column_stack(columns_n))
+        rows, at = self.carrier, self.carrier.at(time_s)
+        wind_e = rotate_back(rot_ne_at(rows.lat_rad, rows.lon_rad), self.wind_n)
+        columns_e = [np.interp(time_s, rows.time_s, wind_e[:, k]) for k in range(3)]
+        return readonly(rotate(rot_ne_at(at.lat_rad, at.lon_rad), np.column_stack(columns_e)))
 
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
         """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.

@@ -4,8 +4,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth import decimal_year, decimal_years, igrf
+from magsim.earth.grid import grid_turn_of, rot_level
 from magsim.field.situation import Situation
-from magsim.frames import rotate_back
+from magsim.frames import rotate, rotate_back
 from magsim.scenario import Scenario
 from magsim.trajectory import Trajectory
 
@@ -41,12 +42,23 @@ def earth_along(
     path = carrier.at(knots)
     year = decimal_years(scenario.start.time_utc, knots)
     field, gradient = igrf(path.lat_rad, path.lon_rad, path.alt_m, year, gradient=True)
+    grid = grid_turn_of(path.lat_rad)
+    if grid:
+        field, gradient = _turned(grid * path.lon_rad, field, gradient)
     # The gradient has no curl: six numbers hold it.
     rows, columns = np.triu_indices(3)
     table = CubicSpline(knots, np.column_stack([field, gradient[:, rows, columns]]))(time_s)
     full = np.empty((len(time_s), 3, 3))
     full[:, rows, columns] = full[:, columns, rows] = table[:, 3:]
+    if grid:
+        return _turned(-grid * carrier.at(time_s).lon_rad, table[:, :3], full)
     return table[:, :3], full
+
+
+def _turned(angle_rad: np.ndarray, field_n: np.ndarray, gradient_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Field and gradient in horizontal directions that are turned clockwise: grid directions near the poles."""
+    rot = rot_level(angle_rad)
+    return rotate(rot, field_n), np.einsum("nij,njk,nlk->nil", rot, gradient_n, rot)
 
 
 def earth_at_start(scenario: Scenario) -> np.ndarray:

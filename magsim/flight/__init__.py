@@ -12,6 +12,7 @@ import jsbsim
 import numpy as np
 
 from magsim.aircraft import Aircraft, Facts
+from magsim.earth.grid import grid_turn
 from magsim.errors import DataError, RequestError
 from magsim.flight.air import weather_of
 from magsim.flight.calibration import loop_response
@@ -21,7 +22,7 @@ from magsim.flight.flaps import check_legs, runs_of
 from magsim.flight.guidance import TICK_HZ
 from magsim.flight.maneuvers import UNITY, measure
 from magsim.flight.outcome import amplitude_notes, check_sweeps, pattern_notes, segments_of
-from magsim.flight.patterns import LocalPlane, check_pole, path_of
+from magsim.flight.patterns import LocalPlane, path_of
 from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock
 from magsim.flight.plant import (
     FlightTroubleError,
@@ -96,7 +97,7 @@ def fly(
         response = loop_response(aircraft.facts, axes, setup)
     warmup_s = scenario.flight.warmup_s
     log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
-    first_speed = ground_speed(setup.speed_mps, setup.course, setup.wind_mps)
+    first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
     pilot = Pilot(
         aircraft.facts,
         setup,
@@ -147,7 +148,6 @@ def _plan(
     fastest = start.speed_mps + math.hypot(*wind)
     path = path_of(scenario.pattern, start.heading_deg, fastest, facts.autopilot.bank_ease.value)
     course = path[0].at(0.0).course
-    check_pole(path, plane)
     before_m = scenario.flight.warmup_s * ground_speed(start.speed_mps, course, wind)
     before = path[0].at(-before_m)
     lat, lon = plane.geodetic(before.north_m, before.east_m)
@@ -188,6 +188,8 @@ def _plan(
         weather=weather_of(air, scenario.seed, reference, _longest(scenario, path)),
         flap_rad=math.radians(start.flap_deg),
         burn=scenario.loading.burn_fuel,
+        grid=grid_turn(plane.lat_rad),
+        grid_lon=plane.lon_rad,
     )
     return plane, path, setup, heights
 

@@ -17,9 +17,10 @@ The loops, with V the true airspeed, s and c the sine of a generator and its der
     yaw held   rudder = -k_y (k_psi (psi_set + s_yaw - psi) + c - psidot)
     speed      throttle = clip(k_v e_v + I[e_v])
 
-Every error is multiplied by ``ap/on``, which is 0 while the model is trimmed. A generator eases in before its first
-cycle and out after its last one: the half cycle at rising amplitude that goes before gives the integral of the sine no
-mean, so that a roll train does not turn the mean course and a pitch train does not change the mean height.
+Headings psi are those of grid north near the poles (``magsim.earth.grid``). Every error is multiplied by ``ap/on``,
+which is 0 while the model is trimmed. A generator eases in before its first cycle and out after its last one: the half
+cycle at rising amplitude that goes before gives the integral of the sine no mean, so that a roll train does not turn
+the mean course and a pitch train does not change the mean height.
 """
 
 import math
@@ -39,6 +40,7 @@ INPUTS = (
     "ap/theta-rad",
     "ap/hold-heading",
     "ap/heading-rad",
+    "ap/grid-norm",
     "ap/bank-rad",
     "ap/hold-yaw",
     "ap/speed-fps",
@@ -214,8 +216,10 @@ def _lateral(facts: Facts) -> str:
     """Heading, roll, coordination, and the yaw maneuver."""
     gains, roll, yaw = facts.autopilot, Sine("roll"), Sine("yaw")
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
-    # psi and its set point lie in 0..2 pi; fmod of a positive argument wraps the difference.
-    turned = _difference(_sum("ap/heading-rad", 3.0 * math.pi), "attitude/psi-rad")
+    # psi and its set point lie in 0..2 pi; fmod of a positive argument wraps the difference. Near the poles both are
+    # counted from grid north: the longitude, -pi..pi, is added or taken off.
+    grid = _product("ap/grid-norm", "position/long-gc-rad")
+    turned = _difference(_sum("ap/heading-rad", 3.0 * math.pi), _sum("attitude/psi-rad", grid))
     heading_error = _product("ap/on", _difference(_fmod(turned, 2.0 * math.pi), math.pi))
     course = _product(
         gains.course.value / (G0 / FT),

@@ -138,7 +138,7 @@ def measure(sweep: Sweep, carrier: Trajectory) -> tuple[ManeuverFlown, float]:
 
     The sine is fitted over the middle cycles: in the first one the loops still follow the growing swing.
     """
-    time, attitude = carrier.time_s, carrier.attitude
+    time, attitude = carrier.time_s, carrier.steady_attitude
     rows = (time >= sweep.start_s - 1e-9) & (time <= sweep.stop_s + 1e-9)
     low, high = middle_of(sweep)
     middle = (time >= low - 1e-9) & (time <= high + 1e-9)

@@ -5,7 +5,6 @@ patterns.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -33,7 +32,6 @@ __all__ = [
     "Place",
     "Straight",
     "TurnShape",
-    "check_pole",
     "length_of",
     "path_of",
     "turn_radius",
@@ -304,34 +302,3 @@ def _before(place: Place, distance_m: float) -> Place:
     """The place at a distance before another one, on its course."""
     north, east, course, _ = place
     return Place(north - distance_m * math.cos(course), east - distance_m * math.sin(course), course, 0.0)
-
-
-POLE_M = 1000.0
-"""Nearer to a pole, headings and longitudes turn too fast for the rates of log and field."""
-
-POLAR_RAD = math.radians(80.0)
-
-
-def check_pole(elements: Sequence[Element], plane: LocalPlane) -> None:
-    """A path must keep its distance from the poles, where heading and longitude have no meaning.
-
-    Raises
-    ------
-    RequestError
-        If it does not.
-    """
-    if abs(plane.lat_rad) < POLAR_RAD:
-        return
-    north, east = plane.place(math.copysign(0.5 * math.pi, plane.lat_rad), 0.0)
-    step = 0.1 * POLE_M
-    nearest = math.inf
-    for element in elements:
-        for i in range(math.ceil(element.length_m / step) + 1):
-            place = element.at(min(i * step, element.length_m))
-            nearest = min(nearest, math.hypot(place.north_m - north, place.east_m - east))
-    if nearest < POLE_M:
-        msg = (
-            f"start: the path comes within {nearest:.0f} m of the pole, where headings have no meaning; allowed: "
-            f"{POLE_M:g} m or more"
-        )
-        raise RequestError(msg)

@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 
 from magsim.aircraft.facts import Facts
-from magsim.earth.wgs84 import radii_of_curvature, transport_rate
+from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, transport_rate
 from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
 from magsim.flight.drape import HeightPlan
@@ -192,9 +192,11 @@ class Pilot:
         if self._flying:
             self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
         # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
-        turned = wrap(math.atan2(place[3], place[2]) - math.atan2(value("v_east"), value("v_north")))
-        turning, self._turned = wrap(turned - self._turned), turned
+        turned = math.atan2(place[3], place[2]) - math.atan2(value("v_east"), value("v_north"))
         motion = Motion(*place, value("heading") + turned, value("airspeed"))
+        # The autopilot counts from local north, or grid north near the poles.
+        turned = wrap(turned - self._setup.grid * value("lon"))
+        turning, self._turned = wrap(turned - self._turned), turned
         order = guidance.step(time, motion, self._flying)
         if self._watch is not None:
             self._look()
@@ -220,17 +222,18 @@ class Pilot:
         """Height of the ground [m] at the middle of each of the next ticks, the last one first."""
         value = self.plant.value
         after_s = (np.arange(AHEAD_TICKS)[::-1] + 0.5) / TICK_HZ
-        meridian, normal = radii_of_curvature(value("lat"))
-        north, east = value("v_north") * after_s, value("v_east") * after_s
-        lat = value("lat") + north / (meridian + value("alt"))
-        lon = value("lon") + east / ((normal + value("alt")) * math.cos(value("lat")))
+        here_e = ecef_from_geodetic(value("lat"), value("lon"), value("alt"))
+        north_e, east_e = rot_ne_at(value("lat"), value("lon"))[:2]
+        velocity_e = value("v_north") * north_e + value("v_east") * east_e
+        lat, lon, _ = geodetic_from_ecef(here_e + after_s[:, None] * velocity_e)
         return ground.height(lat, lon).tolist()
 
     def _convergence(self) -> float:
-        """Angle [rad] from local north to the plane's north, clockwise, by the motion over ground."""
+        """What makes the autopilot's headings those of the plane [rad], by the motion over ground."""
         value = self.plant.value
         north, east = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))[2:]
-        return wrap(math.atan2(east, north) - math.atan2(value("v_east"), value("v_north")))
+        turned = math.atan2(east, north) - math.atan2(value("v_east"), value("v_north"))
+        return wrap(turned - self._setup.grid * value("lon"))
 
     def _look(self) -> None:
         """End a flight that has gone wrong."""
@@ -242,7 +245,7 @@ class Pilot:
             raise FlightTroubleError(trouble, plant.row, plant.time_s)
 
     def _give(self, order: Order, heading: float) -> None:
-        """Write what has changed, and the heading from local north."""
+        """Write what has changed, and the heading as the autopilot counts it."""
         command, old = self.plant.command, self._ordered
         command("ap/heading-rad", heading % (2.0 * math.pi))
         if old is None or order.bank != old.bank:

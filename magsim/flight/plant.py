@@ -15,13 +15,13 @@ import jsbsim
 import numpy as np
 
 from magsim.aircraft.facts import Facts, TurbopropEngine
-from magsim.earth.wgs84 import radii_of_curvature
 from magsim.errors import DataError
 from magsim.flight.aero import flap_lift
 from magsim.flight.air import CALM, Weather, weather_xml
 from magsim.flight.autopilot import INPUTS, Sine
 from magsim.flight.engines import lever_of, settling_time
 from magsim.flight.model import STILL_AIR, write_model
+from magsim.flight.patterns import LocalPlane
 from magsim.flight.rates import INTEGRATORS, integrators_for
 from magsim.units import FT, LB, LBF, SLUG_FT3
 
@@ -80,7 +80,7 @@ class Setup:
     speed_mps : float
         True airspeed.
     wind_mps : (float, float)
-        The motion of the air to north and to east.
+        The motion of the air to north and to east; near the poles as they are at ``grid_lon``.
     step_hz : int
     ground_m : float
         Height of the ground above the ellipsoid there.
@@ -90,6 +90,10 @@ class Setup:
         Deflection of the flaps at the start.
     burn : bool
         Whether fuel is burned.
+    grid : float
+        What of the longitude is added to headings, see ``magsim.earth.grid``.
+    grid_lon : float [rad]
+        Longitude of the start point.
     """
 
     lat_rad: float
@@ -103,6 +107,16 @@ class Setup:
     weather: Weather = CALM
     flap_rad: float = 0.0
     burn: bool = False
+    grid: float = 0.0
+    grid_lon: float = 0.0
+
+    @property
+    def local_wind_mps(self) -> tuple[float, float]:
+        """The wind to local north and east at the place."""
+        north, east = self.wind_mps
+        turned = -self.grid * (self.lon_rad - self.grid_lon)
+        sin, cos = math.sin(turned), math.cos(turned)
+        return north * cos - east * sin, north * sin + east * cos
 
 
 def ground_speed(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
@@ -232,11 +246,12 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     the instance begins that much earlier on its course, and what it flies until then is thrown away.
     """
     trimmed = trim(facts, setup)
-    heading = crab_heading(setup.speed_mps, setup.course, setup.wind_mps)
-    north, east = setup.wind_mps
-    fdm = load(facts, setup.step_hz, air_xml=weather_xml(setup.weather, setup.wind_mps))
     settling_s = settling_time(facts.engine)
-    _initial_place(fdm, _earlier(setup, settling_s))
+    begun = _earlier(setup, settling_s)
+    north, east = wind = begun.local_wind_mps
+    heading = crab_heading(setup.speed_mps, begun.course, wind)
+    fdm = load(facts, setup.step_hz, air_xml=weather_xml(setup.weather, setup.wind_mps, setup.grid, setup.grid_lon))
+    _initial_place(fdm, begun)
     fdm["ic/phi-rad"] = trimmed.roll
     fdm["ic/theta-rad"] = trimmed.pitch
     fdm["ic/psi-true-rad"] = heading % (2.0 * math.pi)
@@ -254,12 +269,14 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     fdm["ap/theta-rad"] = trimmed.pitch
     fdm["ap/height-ft"] = setup.alt_m / FT
     fdm["ap/speed-fps"] = setup.speed_mps / FT
-    fdm["ap/heading-rad"] = heading % (2.0 * math.pi)
+    fdm["ap/grid-norm"] = setup.grid
+    fdm["ap/heading-rad"] = (heading + setup.grid * begun.lon_rad) % (2.0 * math.pi)
     fdm["ap/hold-height"] = 1.0
     fdm["ap/hold-heading"] = 1.0
     fdm["ap/on"] = 1.0
-    fdm["atmosphere/wind-north-fps"] = north / FT
-    fdm["atmosphere/wind-east-fps"] = east / FT
+    if not setup.grid:
+        fdm["atmosphere/wind-north-fps"] = north / FT
+        fdm["atmosphere/wind-east-fps"] = east / FT
     for name, value in setup.weather.turbulence_properties().items():
         fdm[name] = value
     for _ in range(round(settling_s * setup.step_hz)):
@@ -269,12 +286,11 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
 
 
 def _earlier(setup: Setup, time_s: float) -> Setup:
-    """The same start a time earlier on its course."""
-    distance = time_s * ground_speed(setup.speed_mps, setup.course, setup.wind_mps)
-    meridian, prime = radii_of_curvature(setup.lat_rad)
-    lat = setup.lat_rad - distance * math.cos(setup.course) / (float(meridian) + setup.alt_m)
-    along = distance * math.sin(setup.course) / (float(prime) + setup.alt_m)
-    return replace(setup, lat_rad=lat, lon_rad=setup.lon_rad - along / math.cos(lat))
+    """The same start a time earlier on its course, which is another one there where the meridians converge."""
+    distance = time_s * ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
+    plane = LocalPlane(setup.lat_rad, setup.lon_rad, setup.alt_m)
+    lat, lon = plane.geodetic(-distance * math.cos(setup.course), -distance * math.sin(setup.course))
+    return replace(setup, lat_rad=lat, lon_rad=lon, course=setup.course - plane.north_at(lat, lon))
 
 
 class Plant:

@@ -67,9 +67,10 @@ def _angle(recording: Recording, angle: str) -> np.ndarray:
 
 
 def _offsets(lat: np.ndarray, lon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """North and east of the first point [m] on the ellipsoid, for a picture (radii of curvature at that point)."""
-    meridian, normal = wgs84.radii_of_curvature(lat[0])
-    return (lat - lat[0]) * meridian, np.unwrap(lon - lon[0]) * normal * np.cos(lat[0])
+    """North and east of the first point [m], dropped on the plane that touches the ellipsoid there."""
+    places_e = wgs84.ecef_from_geodetic(lat, lon, 0.0)
+    north, east, _ = np.einsum("ij,nj->in", wgs84.rot_ne_at(lat[0], lon[0]), places_e - places_e[0])
+    return north, east
 
 
 def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:

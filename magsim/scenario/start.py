@@ -12,7 +12,7 @@ from magsim.scenario.flaps import FlapMove, flap_problem
 class Start(Strict):
     """Where and when the first recorded row is flown."""
 
-    lat_deg: float = Field(ge=-90.0, le=90.0, description="WGS-84 latitude; the path must stay 1 km from a pole")
+    lat_deg: float = Field(ge=-90.0, le=90.0, description="WGS-84 latitude; 90 and -90 too")
     lon_deg: float = Field(ge=-180.0, le=180.0, description="WGS-84 longitude")
     alt_m: float = Field(gt=0.0, description="height above the WGS-84 ellipsoid")
     speed_mps: float = Field(gt=0.0, description="true airspeed, held during the flight")

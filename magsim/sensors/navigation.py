@@ -8,8 +8,8 @@ roll, pitch and heading themselves.
 import numpy as np
 
 from magsim import columns
-from magsim.earth import radii_of_curvature
-from magsim.frames import wrap_pi
+from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
+from magsim.frames import rotate_back, wrap_pi
 from magsim.scenario import Ins
 from magsim.sensors.noise import gauss_markov
 from magsim.streams import stream
@@ -85,13 +85,9 @@ def ins_columns(ins: Ins, path: Trajectory, rate_hz: float, seed: int) -> dict[s
     attitude = errors("attitude", ins.attitude_drift_deg, ins.attitude_noise_deg)
     attitude[:, 2] *= ins.heading_factor
     attitude += np.degrees(path.attitude) + np.array(ins.attitude_bias_deg)
-    north, east, down = errors("position", ins.position_drift_m, ins.position_noise_m).T
-    meridian, normal = radii_of_curvature(path.lat_rad)
-    position = (
-        path.lat_rad + north / (meridian + path.alt_m),
-        path.lon_rad + east / ((normal + path.alt_m) * np.cos(path.lat_rad)),
-        path.alt_m - down,
-    )
+    off_n = errors("position", ins.position_drift_m, ins.position_noise_m)
+    off_e = rotate_back(rot_ne_at(path.lat_rad, path.lon_rad), off_n)
+    position = geodetic_from_ecef(ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m) + off_e)
     velocity = errors("velocity", ins.velocity_drift_mps, ins.velocity_noise_mps)
     families = (columns.INS_ATTITUDE, columns.INS_VELOCITY, columns.INS_ALTITUDE)
     return _motion_columns(families, attitude, position, path.velocity_n + velocity)

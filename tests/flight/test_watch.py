@@ -9,7 +9,7 @@ import pytest
 
 from magsim.aircraft import Aircraft
 from magsim.earth import ecef_from_geodetic
-from magsim.errors import DataError, RequestError
+from magsim.errors import DataError
 from magsim.flight import fly
 from magsim.flight.elements import Label, Place, Straight
 from magsim.flight.patterns import LocalPlane
@@ -166,14 +166,6 @@ def test_flights_begin_trimmed_and_settled_anywhere(
     if abs(place.lon_deg) > 179.0:
         assert columns["true_lon_deg"].min() < -179.9
         assert columns["true_lon_deg"].max() > 179.9
-
-
-@pytest.mark.parametrize("start", [{"lat_deg": 90.0}, {"lat_deg": 89.95}, {"lat_deg": -89.96, "heading_deg": 180.0}])
-def test_a_path_over_a_pole_is_refused_with_its_distance(
-    cessna: Aircraft, scenario_of: ScenarioOf, start: dict[str, float]
-) -> None:
-    with pytest.raises(RequestError, match=r"start: the path comes within \d+ m of the pole, .* allowed: 1000 m"):
-        fly(scenario_of({"kind": "box", "leg_m": 6000.0}, start=start), cessna)
 
 
 @pytest.mark.parametrize("lat_deg", [0.0, 55.0, 89.9, -89.99])
