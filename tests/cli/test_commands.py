@@ -26,6 +26,14 @@ def magsim_run(*args: str, cwd: Path, **environment: str) -> subprocess.Complete
     )
 
 
+@pytest.fixture(autouse=True)
+def heard():
+    """Interrupts are heard, here and in children, where the tests themselves run in the background and ignore them."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture
 def here(tmp_path, monkeypatch) -> Path:
     monkeypatch.chdir(tmp_path)
