@@ -15,7 +15,7 @@ from magsim.aircraft import Aircraft, Facts
 from magsim.earth.grid import grid_turn
 from magsim.errors import DataError, RequestError
 from magsim.flight.air import weather_of
-from magsim.flight.calibration import loop_response
+from magsim.flight.calibration import check_reach, close_joints, loop_response
 from magsim.flight.drape import HeightPlan, drape_notes, plan_drape
 from magsim.flight.elements import Element, length_of
 from magsim.flight.flaps import check_legs, runs_of
@@ -23,7 +23,7 @@ from magsim.flight.guidance import TICK_HZ
 from magsim.flight.maneuvers import UNITY, measure
 from magsim.flight.outcome import amplitude_notes, check_sweeps, pattern_notes, segments_of
 from magsim.flight.patterns import LocalPlane, path_of
-from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock
+from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock, planned_sweeps
 from magsim.flight.plant import (
     FlightTroubleError,
     Setup,
@@ -90,11 +90,13 @@ def fly(
     _check_wind(scenario, path)
     check_legs(scenario.flight.flaps, path, _flying_time(scenario, path))
     parts = parts_of(scenario.pattern)
-    trains = [train for part in parts for train in part.maneuvers]
-    axes = tuple(dict.fromkeys(swing.axis for train in trains for swing in train.swings))
-    response = UNITY
-    if axes:
+    response, sweeps = UNITY, planned_sweeps(path, parts, setup)
+    if sweeps:
+        axes = tuple(dict.fromkeys(sweep.axis for sweep in sweeps))
         response = loop_response(aircraft.facts, axes, setup)
+        check_reach(sweeps, response, aircraft.facts, setup)
+        joints = dict.fromkeys(sweep.joint for sweep in sweeps if sweep.joint)
+        response = close_joints(aircraft.facts, setup, response, tuple(joints))
     warmup_s = scenario.flight.warmup_s
     log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
@@ -120,7 +122,7 @@ def fly(
         raise DataError(error.told(error.time_s - warmup_s)) from None
     if progress is not None:
         progress(1.0)
-    return _flight(scenario, aircraft, pilot, log, response=response.arrays() if axes else {}, ground=ground)
+    return _flight(scenario, aircraft, pilot, log, response=response.arrays() if sweeps else {}, ground=ground)
 
 
 def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, ground: Ground | None) -> Flight:

@@ -168,6 +168,13 @@ def stall_angle(facts: Facts) -> float:
     return max(lift_curve(facts), key=lambda point: point[1])[0]
 
 
+def bank_below_stall(facts: Facts, speed_mps: float, density: float, part: float) -> float:
+    """Bank [rad] of a level turn that takes a part of the largest lift without flaps: ``cos(bank) = W / (part L)``."""
+    lift = part * max(value for _, value in lift_curve(facts))
+    most = 0.5 * density * speed_mps**2 * facts.geometry.wing_area.value * lift
+    return math.acos(min(1.0, facts.mass_kg * G0 / most))
+
+
 def flap_curve(facts: Facts) -> tuple[tuple[float, float, float], ...]:
     """Points (deflection [rad], lift coefficient, drag coefficient) of the flaps; none where there are no flaps.
 

@@ -21,6 +21,10 @@ Headings psi are those of grid north near the poles (``magsim.earth.grid``). Eve
 which is 0 while the model is trimmed. A generator eases in before its first cycle and out after its last one: the half
 cycle at rising amplitude that goes before gives the integral of the sine no mean, so that a roll train does not turn
 the mean course and a pitch train does not change the mean height.
+
+In a combined maneuver roll and yaw disturb each other. Each is then fed the sine of the other one by two factors that
+``joint`` finds, which takes out what it would make of it: ``s + f s_other + g c_other`` stands for s, and the
+derivative of that for c.
 """
 
 import math
@@ -32,6 +36,9 @@ from magsim.flight.aero import derivatives
 from magsim.units import FT, G0, LBF
 
 AXES = ("pitch", "roll", "yaw")
+FED = {"roll": "yaw", "yaw": "roll"}
+"""Axes that disturb each other by their own frequencies; pitch does not, as the aircraft is symmetric."""
+
 INPUTS = (
     "ap/on",
     "ap/hold-height",
@@ -60,10 +67,16 @@ class Sine:
     def __getitem__(self, name: str) -> str:
         return f"ap/{self.axis}/{name}"
 
+    @property
+    def other(self) -> "Sine | None":
+        """The generator whose sine is fed to this axis in a combined maneuver."""
+        return Sine(FED[self.axis]) if self.axis in FED else None
+
     @cached_property
     def inputs(self) -> dict[str, float]:
         """Properties that Python sets, with their values at rest."""
         return {
+            **({self["fed"]: 0.0, self["feed-norm"]: 0.0, self["feed-s"]: 0.0} if self.other else {}),
             self["start-s"]: NEVER_S,
             self["omega-rad_sec"]: 1.0,
             self["amplitude-rad"]: 0.0,
@@ -156,6 +169,26 @@ def _generator(sine: Sine) -> str:
     )
 
 
+def _swing(sine: Sine, other: Sine) -> str:
+    """The angle that an axis is asked to swing by: its own sine, and in a combined maneuver a part of another one's."""
+    fed = _product(sine["feed-norm"], other["sine-rad"]), _product(sine["feed-s"], other["rate-rad_sec"])
+    return _if(_is_fed(sine), _sum(sine["sine-rad"], *fed), sine["sine-rad"])
+
+
+def _swing_rate(sine: Sine, other: Sine) -> str:
+    """Derivative of ``_swing`` at full envelope."""
+    omega = other["omega-rad_sec"]
+    fed = (
+        _product(sine["feed-norm"], other["rate-rad_sec"]),
+        _product(-1.0, sine["feed-s"], omega, omega, other["sine-rad"]),
+    )
+    return _if(_is_fed(sine), _sum(sine["rate-rad_sec"], *fed), sine["rate-rad_sec"])
+
+
+def _is_fed(sine: Sine) -> str:
+    return _and(_gt(sine["fed"], 0.0), _gt(sine["active"], 0.0))
+
+
 def _smooth(x: str) -> str:
     """Cubic step 3 x^2 - 2 x^3."""
     return _product(x, x, _difference(3.0, _product(2.0, x)))
@@ -228,16 +261,16 @@ def _lateral(facts: Facts) -> str:
         _clip("ap/heading-error-rad", gains.intercept_limit.value),
     )
     bank = _clip(_sum(course, "ap/bank-rad"), gains.bank_limit.value)
-    roll_error = _product("ap/on", _difference(_sum("ap/bank-command-rad", roll["sine-rad"]), "attitude/phi-rad"))
+    roll_error = _product("ap/on", _difference(_sum("ap/bank-command-rad", _swing(roll, yaw)), "attitude/phi-rad"))
     rate = _sum(
         _product(gains.roll.value, "ap/roll-error-rad"),
-        roll["rate-rad_sec"],
+        _swing_rate(roll, yaw),
         _product(-1.0, "velocities/phidot-rad_sec"),
     )
     aileron = _product("ap/on", _sum(_product(gains.roll_rate.value, rate), "ap/integral/roll"))
     yaw_rate = _sum(
-        _product(gains.yaw.value, _sum("ap/heading-error-rad", yaw["sine-rad"])),
-        yaw["rate-rad_sec"],
+        _product(gains.yaw.value, _sum("ap/heading-error-rad", _swing(yaw, roll))),
+        _swing_rate(yaw, roll),
         _product(-1.0, "velocities/psidot-rad_sec"),
     )
     turn_rate = _difference(_quotient(_product(G0 / FT, _tan("attitude/phi-rad")), speed), "velocities/psidot-rad_sec")

@@ -2,34 +2,55 @@
 
 import hashlib
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import jsbsim
 import numpy as np
 
 from magsim.aircraft.facts import Facts
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 from magsim.flight.aero import stall_angle
 from magsim.flight.elements import Label, Place, Straight
-from magsim.flight.maneuvers import GRID_PERIODS_S, UNITY, LoopResponse, Sweep, calibration_sweeps, measure
+from magsim.flight.joint import close_joint, drives_from_arrays, drives_to_arrays
+from magsim.flight.maneuvers import (
+    BOUNDS,
+    GRID_PERIODS_S,
+    UNITY,
+    Joint,
+    LoopResponse,
+    Sweep,
+    calibration_amplitude,
+    calibration_sweeps,
+    measure,
+    middle_of,
+)
 from magsim.flight.model import model_files
 from magsim.flight.patterns import LocalPlane
-from magsim.flight.pilot import Pilot
+from magsim.flight.pilot import Log, Pilot
 from magsim.flight.plant import FlightTroubleError, Setup, trim
 from magsim.storage import cached
+from magsim.trajectory import Trajectory
 
 LOG_HZ = 30
 STALL_MARGIN = math.radians(2.0)
+FIRST_DEG = 3.0
+"""Amplitude of the first calibration flight."""
+
+USED_PART = 0.8
+"""Part of the largest amplitude that the second one flies."""
+
 LOWEST_M = 500.0
 """Lower flights are calibrated here, clear of the ground; the density differs by a twentieth at most."""
 
 
-def loop_response(facts: Facts, axes: tuple[str, ...], setup: Setup) -> LoopResponse:
+def loop_response(facts: Facts, axes: Sequence[str], setup: Setup) -> LoopResponse:
     """Response of the loops on some axes, from the cache where it has been measured before.
 
     Parameters
     ----------
     facts : Facts
-    axes : tuple of str
+    axes : sequence of str
         Which of pitch, roll, yaw.
     setup : Setup
         Speed, height, flaps and step rate of the flight; its wind and its place do not matter.
@@ -39,9 +60,44 @@ def loop_response(facts: Facts, axes: tuple[str, ...], setup: Setup) -> LoopResp
     DataError
         If the aircraft cannot fly the calibration's maneuvers there.
     """
-    model = hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest()
-    arrays: dict[str, np.ndarray] = {}
-    setup = Setup(
+    setup = _bare(setup)
+    common, arrays = _key(facts, setup), {}
+    for axis in axes:
+
+        def make(axis: str = axis) -> dict[str, np.ndarray]:
+            return measure_response(facts, axis, setup).arrays()
+
+        arrays |= cached("loops", common | {"axis": axis}, make)
+    return LoopResponse.from_arrays(arrays)
+
+
+def close_joints(facts: Facts, setup: Setup, response: LoopResponse, joints: Sequence[Joint]) -> LoopResponse:
+    """The same response with what the generators are told in combined maneuvers, from the cache if it is there.
+
+    Raises
+    ------
+    RequestError
+        If a combined maneuver cannot be flown as it was asked.
+    """
+    setup = _bare(setup)
+    common = _key(facts, setup)
+
+    def flown(sweeps: Sequence[Sweep], response: LoopResponse, stop_s: float) -> Trajectory:
+        return _fly(facts, setup, sweeps, response, stop_s).trajectory(facts.cg_b)
+
+    closed = {}
+    for joint in joints:
+
+        def close(joint: Joint = joint) -> dict[str, np.ndarray]:
+            return drives_to_arrays(close_joint(joint, response, flown))
+
+        closed[joint] = drives_from_arrays(cached("joints", common | {"joint": joint}, close))
+    return replace(response, joints=closed)
+
+
+def _bare(setup: Setup) -> Setup:
+    """The same speed, height and flaps over the equator in still air."""
+    return Setup(
         lat_rad=0.0,
         lon_rad=0.0,
         alt_m=max(setup.alt_m, LOWEST_M),
@@ -50,49 +106,115 @@ def loop_response(facts: Facts, axes: tuple[str, ...], setup: Setup) -> LoopResp
         step_hz=setup.step_hz,
         flap_rad=setup.flap_rad,
     )
-    for axis in axes:
-        key = {
-            "model": model,
-            "jsbsim": str(jsbsim.__version__),
-            "axis": axis,
-            "speed_mps": setup.speed_mps,
-            "alt_m": setup.alt_m,
-            "step_hz": setup.step_hz,
-            "flap_rad": setup.flap_rad,
-            "method": 3,
-        }
 
-        def make(axis: str = axis) -> dict[str, np.ndarray]:
-            return measure_response(facts, axis, setup).arrays()
 
-        arrays |= cached("loops", key, make)
-    return LoopResponse.from_arrays(arrays)
+def _key(facts: Facts, setup: Setup) -> dict[str, object]:
+    """What every calibration depends on."""
+    return {
+        "model": hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest(),
+        "jsbsim": str(jsbsim.__version__),
+        "speed_mps": setup.speed_mps,
+        "alt_m": setup.alt_m,
+        "step_hz": setup.step_hz,
+        "flap_rad": setup.flap_rad,
+    }
 
 
 def measure_response(facts: Facts, axis: str, setup: Setup) -> LoopResponse:
     """Fly trains of every period of the grid in still air, along a line over the equator, and fit them.
 
-    Twice: the second flight is asked for the inverse of what the first one showed, so that the guidance meets the
-    swings that it will meet later; what it finds is multiplied to the first.
+    Twice: small first, which also shows how much of controls and air a degree takes; then as large as that allows,
+    asked for the inverse of what the first flight showed, so that the guidance meets the swings that it will meet
+    later. What the second flight finds is multiplied to the first.
     """
-    margin = stall_angle(facts) - STALL_MARGIN - trim(facts, setup).pitch
-    sweeps = calibration_sweeps(axis, math.degrees(margin))
-    response = UNITY
+    margin = math.degrees(stall_angle(facts) - STALL_MARGIN - trim(facts, setup).pitch)
+    wanted = np.array([calibration_amplitude(axis, period, margin) for period in GRID_PERIODS_S])
+    response, amplitude = UNITY, np.minimum(wanted, FIRST_DEG)
     for _ in range(2):
-        gain, phase = _flown_over_asked(facts, setup, sweeps, response)
+        sweeps = calibration_sweeps(axis, amplitude.tolist())
+        gain, phase, largest, bound = _flown_over_asked(facts, setup, sweeps, response)
         before = [response.at(axis, sweep.period_s) for sweep in sweeps]
         gain *= np.array([g for g, _ in before])
         phase += np.array([p for _, p in before])
-        response = LoopResponse(np.array(GRID_PERIODS_S), {axis: gain}, {axis: phase})
+        period = np.array(GRID_PERIODS_S)
+        response = LoopResponse(period, {axis: gain}, {axis: phase}, {axis: largest}, {axis: bound})
+        amplitude = np.minimum(wanted, USED_PART * largest)
     return response
 
 
 def _flown_over_asked(
     facts: Facts, setup: Setup, sweeps: list[Sweep], response: LoopResponse
-) -> tuple[np.ndarray, np.ndarray]:
-    """Ratio of amplitudes and phase [rad] of each train of a calibration flight."""
-    line = Straight(Label(1, 1, False, 0.0), Place(0.0, 0.0, 0.0, 0.0), 1.0e7)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Ratio of amplitudes, phase [rad], largest amplitude [deg] and its bound for each train of a flight."""
     stop_s = sweeps[-1].stop_s + sweeps[-1].ease_out_s + 1.0
+    try:
+        log = _fly(facts, setup, sweeps, response, stop_s)
+    except FlightTroubleError as error:
+        msg = (
+            f"the {sweeps[0].axis} loop could not be calibrated at {setup.speed_mps:g} m/s and {setup.alt_m:g} m: "
+            f"{error}"
+        )
+        raise DataError(msg) from None
+    carrier = log.trajectory(facts.cg_b)
+    measured = [measure(sweep, carrier) for sweep in sweeps]
+    reached = [_reach(facts, log, sweep, flown.flown_deg) for sweep, (flown, _) in zip(sweeps, measured, strict=True)]
+    return (
+        np.array([flown.flown_deg / flown.asked_deg for flown, _ in measured]),
+        np.array([phase for _, phase in measured]),
+        np.array([largest for largest, _ in reached]),
+        np.array([float(bound) for _, bound in reached]),
+    )
+
+
+def _reach(facts: Facts, log: Log, sweep: Sweep, flown_deg: float) -> tuple[float, int]:
+    """Amplitude [deg] at which a control reaches its stop, or the air its limit, all in proportion; and which."""
+    low, high = middle_of(sweep)
+    rows = (log.time_s >= low - 1e-9) & (log.time_s <= high + 1e-9)
+    controls, limits = facts.controls, facts.limits
+    ranges = {
+        "elevator": controls.elevator.travel.value,
+        "aileron": controls.aileron.travel.value,
+        "rudder": controls.rudder.travel.value,
+        "alpha": (math.radians(limits.angle_of_attack.value[0]), stall_angle(facts)),
+        "beta": (-math.radians(limits.sideslip.value), math.radians(limits.sideslip.value)),
+    }
+    out = []
+    for number, name in enumerate(BOUNDS):
+        values = log[name][rows]
+        middle, half = 0.5 * float(values.max() + values.min()), 0.5 * float(np.ptp(values))
+        room = max(0.0, min(ranges[name][1] - middle, middle - ranges[name][0]))
+        out.append((flown_deg * room / max(half, 1e-9), number))
+    largest, number = min(out)
+    return max(largest, 1e-3), number
+
+
+def check_reach(sweeps: Sequence[Sweep], response: LoopResponse, facts: Facts, setup: Setup) -> None:
+    """Refuse maneuvers that would need more than controls and lift can give.
+
+    Raises
+    ------
+    RequestError
+        With the amplitude that is allowed in that period, and the period in which the amplitude is.
+    """
+    for sweep in sweeps:
+        largest, bound = response.largest_at(sweep.axis, sweep.period_s)
+        if sweep.amplitude_deg <= largest:
+            continue
+        period_s = response.nearest_s(sweep.axis, sweep.amplitude_deg, sweep.period_s)
+        other = "" if period_s is None else f", or a period of {period_s:g} s"
+        why = {"alpha": "goes beyond the stall", "beta": "goes beyond the sideslip of the flight model"}
+        msg = (
+            f"pattern.maneuvers: {sweep.amplitude_deg:g} deg of {sweep.axis} in {sweep.period_s:g} s (leg {sweep.leg} "
+            f"of circuit {sweep.circuit}) {why.get(bound, f'needs more {bound} than there is')} at "
+            f"{setup.speed_mps:g} m/s and {setup.alt_m:g} m; allowed for {facts.title}: up to "
+            f"{math.floor(10.0 * largest) / 10.0:g} deg in that period{other}"
+        )
+        raise RequestError(msg)
+
+
+def _fly(facts: Facts, setup: Setup, sweeps: Sequence[Sweep], response: LoopResponse, stop_s: float) -> Log:
+    """Fly trains along a line over the equator."""
+    line = Straight(Label(1, 1, False, 0.0), Place(0.0, 0.0, 0.0, 0.0), 1.0e7)
     plane = LocalPlane(0.0, 0.0, setup.alt_m)
     pilot = Pilot(
         facts,
@@ -104,17 +226,4 @@ def _flown_over_asked(
         response=response,
         sweeps=sweeps,
     )
-    try:
-        log = pilot.fly(lambda p: p.plant.time_s >= stop_s)
-    except FlightTroubleError as error:
-        msg = (
-            f"the {sweeps[0].axis} loop could not be calibrated at {setup.speed_mps:g} m/s and {setup.alt_m:g} m: "
-            f"{error}"
-        )
-        raise DataError(msg) from None
-    carrier = log.trajectory(facts.cg_b)
-    measured = [measure(sweep, carrier) for sweep in sweeps]
-    return (
-        np.array([flown.flown_deg / flown.asked_deg for flown, _ in measured]),
-        np.array([phase for _, phase in measured]),
-    )
+    return pilot.fly(lambda p: p.plant.time_s >= stop_s)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from magsim.aircraft.facts import Facts
+from magsim.flight.aero import derivatives
 from magsim.flight.elements import Element
 from magsim.flight.maneuvers import Sweep
 from magsim.flight.plant import crab_heading
@@ -27,6 +28,9 @@ QUIET_GAIN, QUIET_OMEGA = 0.5, 0.2
 """The course loop during a roll train: at most this part of its gain, and of the train's angular frequency."""
 
 
+LEAST_BANK = math.radians(5.0)
+"""Bank that corrections may always take, in a planned turn too."""
+
 FADE_S = 3.0
 """Time in which one way of steering is faded into another at the ends of a train, so that the bank does not jump."""
 
@@ -39,7 +43,7 @@ class Crossing(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Place and velocity in the plane, heading and airspeed."""
+    """Place and velocity in the plane, heading, airspeed and sink rate."""
 
     north_m: float
     east_m: float
@@ -47,6 +51,7 @@ class Motion(NamedTuple):
     v_east: float
     heading: float
     airspeed: float
+    v_down: float = 0.0
 
 
 class Order(NamedTuple):
@@ -69,6 +74,13 @@ def _smooth(part: float) -> float:
     return part * part * (3.0 - 2.0 * part)
 
 
+def _weathercock(facts: Facts) -> float:
+    """Error of the heading that holds the nose by the rudder, over the sideslip that turns it."""
+    gains, effect = facts.autopilot, derivatives(facts)
+    rudder = max(-facts.controls.rudder.travel.value[0], facts.controls.rudder.travel.value[1])
+    return -effect.yaw_beta / (effect.yaw_rudder * rudder * gains.yaw_rate.value * gains.yaw.value)
+
+
 class Guidance:
     """Keeps the place along a path and steers to it.
 
@@ -78,9 +90,11 @@ class Guidance:
     facts : Facts
     along_m : float
         Where on the first element the flight begins; negative is before it.
+    most_bank : float
+        Bank [rad] to which corrections are held, so that they keep clear of the stall.
     """
 
-    def __init__(self, path: Sequence[Element], facts: Facts, along_m: float) -> None:
+    def __init__(self, path: Sequence[Element], facts: Facts, along_m: float, most_bank: float = math.inf) -> None:
         gains = facts.autopilot
         self._path = path
         self._course_gain = gains.course.value
@@ -88,10 +102,13 @@ class Guidance:
         self._intercept = gains.intercept_limit.value
         self._lead_s = gains.bank_lag.value
         self._held: float | None = None
+        self._held_course = 0.0
+        self._weathercock = _weathercock(facts)
+        self._most_bank = most_bank
         self._hold, self._quiet, self._quiet_bank = 1.0, 0.0, 0.0
         self._wind = (0.0, 0.0)
         self._swing_course, self._swing_off_m = 0.0, 0.0
-        self._off_m = 0.0
+        self._off_m = self._v_down = 0.0
         self._place = path[0].at(along_m)
         self.index = 0
         self.along_m = along_m
@@ -116,7 +133,9 @@ class Guidance:
         speed = math.hypot(motion.v_north, motion.v_east)
         self._advance(time_s, motion, speed)
         place, axes = self._place, {sweep.axis for sweep in sweeps}
-        self._swing(time_s, speed, [sweep for sweep in sweeps if sweep.axis == "roll"])
+        rising, self._v_down = (self._v_down - motion.v_down) * TICK_HZ, motion.v_down
+        lifted = G0 + rising if "pitch" in axes else G0
+        self._swing(time_s, speed, [sweep for sweep in sweeps if sweep.axis == "roll"], lifted)
         gain = self._course_gain
         if "roll" in axes:
             slowest = min(sweep.omega for sweep in sweeps if sweep.axis == "roll")
@@ -129,14 +148,24 @@ class Guidance:
         bank, share = lead + _smooth(self._quiet) * self._quiet_bank, _smooth(self._hold)
         if "yaw" in axes:
             if self._held is None:
+                # The course that comes back to the line by the end of the trains.
+                lasts_s = max(sweep.stop_s + sweep.ease_out_s for sweep in sweeps) - time_s
+                error = self._course_error(place.course, speed, motion, max(self._line_s, lasts_s))
                 course = math.atan2(motion.v_east, motion.v_north) + error
-                self._held = crab_heading(motion.airspeed, course, self._wind)
-            return Order(self._held % (2.0 * math.pi), bank, share, True, hold_height)
+                self._held, self._held_course = crab_heading(motion.airspeed, course, self._wind), course
+            heading = self._held
+            if "roll" in axes:
+                # The rolled lift swings the course, slowly too where pitch swings it; the nose must not follow.
+                turned = wrap(math.atan2(motion.v_east, motion.v_north) - self._held_course)
+                heading -= self._weathercock * turned
+            return Order(heading % (2.0 * math.pi), bank, share, True, hold_height)
         self._held = None
         if not axes:
             self._feel_wind(motion)
         # The set point stands still for a tick while the heading turns: give it the turn of half a tick.
         ahead = 0.5 / TICK_HZ * speed * place.curvature
+        most = max(LEAST_BANK, self._most_bank - abs(lead)) * G0 / (self._course_gain * motion.airspeed)
+        error = max(-most, min(most, error))
         return Order((motion.heading + error + ahead) % (2.0 * math.pi), bank, share, False, hold_height)
 
     def _fade(self, axes: set[str]) -> None:
@@ -154,15 +183,18 @@ class Guidance:
         part = 1.0 / (WIND_S * TICK_HZ)
         self._wind = self._wind[0] + part * (north - self._wind[0]), self._wind[1] + part * (east - self._wind[1])
 
-    def _swing(self, time_s: float, speed: float, sweeps: Sequence[Sweep]) -> None:
-        """Course and distance from the path that a roll train alone makes: turn rate g tan(bank) / V, integrated."""
+    def _swing(self, time_s: float, speed: float, sweeps: Sequence[Sweep], lifted: float) -> None:
+        """Course and distance from the path that a roll train makes: turn rate g tan(bank) / V, integrated.
+
+        ``lifted`` is what the lift holds up: g, and with it the vertical acceleration where pitch swings as well.
+        """
         if not sweeps:
             self._swing_course, self._swing_off_m = 0.0, 0.0
             return
         step_s = 1.0 / TICK_HZ
         bank = math.fsum(sweep.angle(time_s - 0.5 * step_s) for sweep in sweeps)
         before = self._swing_course
-        self._swing_course += step_s * G0 * math.tan(bank) / speed
+        self._swing_course += step_s * lifted * math.tan(bank) / speed
         self._swing_off_m += step_s * speed * math.sin(0.5 * (before + self._swing_course))
 
     def _advance(self, time_s: float, motion: Motion, speed: float) -> None:

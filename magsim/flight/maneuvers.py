@@ -1,21 +1,54 @@
 """Maneuver trains: when they fly, how large they came out, and what the loops must be asked so that they do."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.flight.autopilot import AXES
 from magsim.flight.elements import Label
-from magsim.scenario import PatternBase, schedule
+from magsim.scenario import PatternBase, Planned, schedule
 from magsim.trajectory import ManeuverFlown, Trajectory
+
+BOUNDS = ("elevator", "aileron", "rudder", "alpha", "beta")
+"""Logged quantities that bound an amplitude."""
 
 GRID_PERIODS_S = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)
 """Periods at which the loops' response is measured."""
 
 ANGLES = {"roll": 0, "pitch": 1, "yaw": 2}
 """Column of ``Trajectory.attitude`` that a maneuver swings."""
+
+
+class JointSwing(NamedTuple):
+    """One axis of a combined maneuver, on the clock of its maneuver."""
+
+    axis: str
+    lag_s: float
+    period_s: float
+    cycles: int
+    amplitude_deg: float
+    ease_in_s: float
+    ease_out_s: float
+
+
+Joint = tuple[JointSwing, ...]
+"""A combined maneuver with all that its calibration depends on."""
+
+
+class Drive(NamedTuple):
+    """What a generator is told so that its axis flies what is asked.
+
+    ``gain`` is the amplitude asked over that of the generator, ``lead`` [rad] the phase by which the generator leads.
+    ``feed`` are the factors of the sine that is fed from another axis (``autopilot.FED``) and of its derivative [s].
+    """
+
+    gain: float
+    lead: float
+    feed: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -35,8 +68,13 @@ class Sweep:
     amplitude_deg: float
     ease_in_s: float
     ease_out_s: float
-    kind: str = ""
-    """``combined`` where several axes swing at once; empty for a train of its own."""
+    joint: Joint = ()
+    """The whole maneuver where several axes swing at once; empty for a train of its own."""
+
+    @property
+    def kind(self) -> str:
+        """``combined`` where several axes swing at once, else the axis."""
+        return "combined" if self.joint else self.axis
 
     @property
     def stop_s(self) -> float:
@@ -66,6 +104,10 @@ class Sweep:
 def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: float) -> list[Sweep]:
     """The trains of a leg that begins at a time and takes a time."""
     planned, _ = schedule(pattern, label.index, leg_s)
+    trains: dict[int, list[Planned]] = {}
+    for swing in planned:
+        trains.setdefault(swing.train, []).append(swing)
+    joints = {number: joint_of(swings) for number, swings in trains.items() if len(swings) > 1}
     return [
         Sweep(
             swing.axis,
@@ -77,10 +119,36 @@ def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: flo
             swing.amplitude_deg,
             swing.ease_in_s,
             swing.ease_out_s,
-            "combined" if swing.kind == "combined" else "",
+            joints.get(swing.train, ()),
         )
         for swing in planned
     ]
+
+
+def joint_of(swings: Sequence[Planned]) -> Joint:
+    """The swings of one combined maneuver on its own clock, to the nanosecond, so that equal ones are equal."""
+    zero_s = min(swing.start_s for swing in swings)
+    return tuple(
+        JointSwing(
+            swing.axis,
+            round(swing.start_s - zero_s, 9),
+            swing.period_s,
+            swing.cycles,
+            swing.amplitude_deg,
+            round(swing.ease_in_s, 9),
+            round(swing.ease_out_s, 9),
+        )
+        for swing in sorted(swings, key=lambda swing: AXES.index(swing.axis))
+    )
+
+
+def joint_sweeps(joint: Joint, start_s: float) -> list[Sweep]:
+    """The swings of a combined maneuver that begins at a time, in the order in which they begin to rise."""
+    out = [
+        Sweep(s.axis, 1, 1, start_s + s.lag_s, s.period_s, s.cycles, s.amplitude_deg, s.ease_in_s, s.ease_out_s, joint)
+        for s in joint
+    ]
+    return sorted(out, key=lambda sweep: sweep.start_s - sweep.ease_in_s)
 
 
 @dataclass(frozen=True)
@@ -158,7 +226,7 @@ def measure(sweep: Sweep, carrier: Trajectory) -> tuple[ManeuverFlown, float]:
         residual_deg=math.degrees(fit.residual_rms),
         off_axis_deg=(math.degrees(others[0]), math.degrees(others[1])),
         half_peak_to_peak_deg=0.5 * math.degrees(float(np.ptp(attitude[middle, axis]))),
-        kind=sweep.kind or sweep.axis,
+        kind=sweep.kind,
     )
     return flown, fit.phase
 
@@ -173,11 +241,39 @@ class LoopResponse:
     gain : mapping of axis to (n,)
     phase : mapping of axis to (n,) [rad]
         Negative where the flown sine lags.
+    largest_deg : mapping of axis to (n,)
+        Amplitude at which a control reaches its stop or the air its limit.
+    bound : mapping of axis to (n,)
+        Which does, as an index of ``BOUNDS``.
+    joints : mapping of Joint to mapping of axis to Drive
+        What the generators are told in combined maneuvers.
     """
 
     period_s: np.ndarray
     gain: dict[str, np.ndarray]
     phase: dict[str, np.ndarray]
+    largest_deg: dict[str, np.ndarray] = field(default_factory=dict)
+    bound: dict[str, np.ndarray] = field(default_factory=dict)
+    joints: Mapping[Joint, Mapping[str, Drive]] = field(default_factory=dict)
+
+    def largest_at(self, axis: str, period_s: float) -> tuple[float, str]:
+        """Largest amplitude [deg] at a period, straight between logarithms, and what bounds it."""
+        x, at = np.log(self.period_s), math.log(period_s)
+        largest = math.exp(float(np.interp(at, x, np.log(self.largest_deg[axis]))))
+        return largest, BOUNDS[int(self.bound[axis][int(np.abs(x - at).argmin())])]
+
+    def nearest_s(self, axis: str, amplitude_deg: float, period_s: float) -> float | None:
+        """The period, in tenths, in which an amplitude can be flown and that is nearest; None if there is none."""
+        periods = np.arange(round(10.0 * self.period_s[0]), round(10.0 * self.period_s[-1]) + 1) / 10.0
+        near = sorted(periods.tolist(), key=lambda period: abs(period - period_s))
+        return next((period for period in near if self.largest_at(axis, period)[0] >= amplitude_deg), None)
+
+    def drive(self, sweep: Sweep) -> Drive:
+        """What the generator of a train is told."""
+        if sweep.joint in self.joints:
+            return self.joints[sweep.joint][sweep.axis]
+        gain, phase = self.at(sweep.axis, sweep.period_s)
+        return Drive(gain, -phase)
 
     def at(self, axis: str, period_s: float) -> tuple[float, float]:
         """Gain and phase [rad] at a period, by cubic splines over its logarithm."""
@@ -190,16 +286,21 @@ class LoopResponse:
         out = {"period_s": self.period_s}
         for axis in self.gain:
             out |= {f"gain_{axis}": self.gain[axis], f"phase_{axis}": self.phase[axis]}
+        for axis in self.largest_deg:
+            out |= {f"largest_deg_{axis}": self.largest_deg[axis], f"bound_{axis}": self.bound[axis]}
         return out
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "LoopResponse":
         """From what ``arrays`` gave."""
         axes = [axis for axis in AXES if f"gain_{axis}" in arrays]
+        limited = [axis for axis in axes if f"largest_deg_{axis}" in arrays]
         return cls(
             arrays["period_s"],
             {axis: arrays[f"gain_{axis}"] for axis in axes},
             {axis: arrays[f"phase_{axis}"] for axis in axes},
+            {axis: arrays[f"largest_deg_{axis}"] for axis in limited},
+            {axis: arrays[f"bound_{axis}"] for axis in limited},
         )
 
 
@@ -209,20 +310,26 @@ UNITY = LoopResponse(
 """Loops that would fly exactly what is asked: with it the raw response is measured."""
 
 
-def calibration_sweeps(axis: str, margin_deg: float) -> list[Sweep]:
-    """Trains of three cycles of each period of the grid on one axis, one after the other.
-
-    The amplitude is ten degrees. In pitch it is no more than 0.8 of the margin to the stall. With short periods, where
-    large swings load lift curve and elevator most, it is up to the load factor of fifteen degrees in five seconds, and
-    up to 1.2 of the margin: the path follows the pitch, so the angle of attack takes two thirds of it.
-    """
+def calibration_sweeps(axis: str, amplitude_deg: Sequence[float]) -> list[Sweep]:
+    """Trains of three cycles of each period of the grid on one axis, one after the other."""
     out, time = [], 20.0
-    for period in GRID_PERIODS_S:
-        amplitude = 10.0
-        if axis == "pitch":
-            amplitude = max(1.0, min(3.0 * period, 1.2 * margin_deg) if period <= 6.0 else min(10.0, 0.8 * margin_deg))
+    for period, amplitude in zip(GRID_PERIODS_S, amplitude_deg, strict=True):
         half = 0.5 * period
         time += half
         out.append(Sweep(axis, 1, 1, time, period, 3, amplitude, half, half))
         time += 3.0 * period + half + 10.0
     return out
+
+
+def calibration_amplitude(axis: str, period_s: float, margin_deg: float) -> float:
+    """Amplitude [deg] of a calibration train.
+
+    It is ten degrees. In pitch it is no more than 0.8 of the margin to the stall. With short periods, where large
+    swings load lift curve and elevator most, it is up to the load factor of fifteen degrees in five seconds, and up to
+    1.2 of the margin: the path follows the pitch, so the angle of attack takes two thirds of it.
+    """
+    if axis != "pitch":
+        return 10.0
+    if period_s <= 6.0:
+        return max(1.0, min(3.0 * period_s, 1.2 * margin_deg))
+    return max(1.0, min(10.0, 0.8 * margin_deg))

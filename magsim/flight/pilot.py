@@ -9,7 +9,9 @@ from itertools import accumulate
 import numpy as np
 
 from magsim.aircraft.facts import Facts
+from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, transport_rate
+from magsim.flight.aero import bank_below_stall
 from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
 from magsim.flight.drape import HeightPlan
@@ -28,6 +30,9 @@ from magsim.units import FT
 
 CLIMB_LEAD_S = 0.8
 """The pitch loops take about so long to take up a planned climb."""
+
+LIFT_PART = 0.9
+"""Corrections of the course take no more bank than this part of the largest lift holds up."""
 
 AHEAD_TICKS = 10
 """The ground is looked up for so many ticks at once, along the straight line ahead."""
@@ -151,7 +156,8 @@ class Pilot:
         self._before_m = [0.0, *accumulate(element.length_m for element in path)]
         self.planned: list[tuple[float, float]] = []
         self.plant = Plant(facts, setup)
-        self.guidance = Guidance(path, facts, along_m)
+        most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(setup.alt_m), LIFT_PART)
+        self.guidance = Guidance(path, facts, along_m, most_bank)
         self.sweeps: list[Sweep] = list(sweeps)
         self._waiting: list[Sweep] = list(sweeps)
         self._flying: list[Sweep] = []
@@ -193,7 +199,7 @@ class Pilot:
             self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
         # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
         turned = math.atan2(place[3], place[2]) - math.atan2(value("v_east"), value("v_north"))
-        motion = Motion(*place, value("heading") + turned, value("airspeed"))
+        motion = Motion(*place, value("heading") + turned, value("airspeed"), value("v_down"))
         # The autopilot counts from local north, or grid north near the poles.
         turned = wrap(turned - self._setup.grid * value("lon"))
         turning, self._turned = wrap(turned - self._turned), turned
@@ -275,9 +281,7 @@ class Pilot:
                 self.flaps.entered(element.circuit, element.leg, crossing.time_s)
             if not self._parts or element.turn:
                 continue
-            speed = ground_speed(self._setup.speed_mps, math.radians(element.heading_deg), self._setup.wind_mps)
-            part, leg_s = self._parts[element.label.part], element.length_m / max(1.0, speed)
-            planned = sweeps_of_leg(part, element.label, crossing.time_s, leg_s)
+            planned = _sweeps_on(element, self._parts, self._setup, crossing.time_s)
             self.sweeps += planned
             self._waiting += planned
 
@@ -285,17 +289,34 @@ class Pilot:
         """Hand a train to its generator on the last tick before it begins to rise."""
         while self._waiting and self._waiting[0].start_s - self._waiting[0].ease_in_s < time_s + 1.0 / TICK_HZ:
             sweep = self._waiting.pop(0)
-            gain, phase = self._response.at(sweep.axis, sweep.period_s)
+            drive = self._response.drive(sweep)
             names, command = Sine(sweep.axis), self.plant.command
             offset = self.plant.clock_s - self.plant.time_s
             command(names["omega-rad_sec"], sweep.omega)
-            command(names["amplitude-rad"], math.radians(sweep.amplitude_deg) / gain)
-            command(names["phase-rad"], -phase)
+            command(names["amplitude-rad"], math.radians(sweep.amplitude_deg) / drive.gain)
+            command(names["phase-rad"], drive.lead)
+            if names.other is not None:
+                direct, quadrature = drive.feed or (0.0, 0.0)
+                command(names["fed"], float(drive.feed is not None))
+                command(names["feed-norm"], direct)
+                command(names["feed-s"], quadrature)
             command(names["cycles"], float(sweep.cycles))
             command(names["ease-in-s"], max(sweep.ease_in_s, 1e-3))
             command(names["ease-out-s"], max(sweep.ease_out_s, 1e-3))
             command(names["start-s"], sweep.start_s + offset)
             self._flying.append(sweep)
+
+
+def _sweeps_on(element: Element, parts: Sequence[PatternBase], setup: Setup, start_s: float) -> list[Sweep]:
+    """The trains of a leg that is entered at a time."""
+    speed = ground_speed(setup.speed_mps, math.radians(element.heading_deg), setup.wind_mps)
+    leg_s = element.length_m / max(1.0, speed)
+    return sweeps_of_leg(parts[element.label.part], element.label, start_s, leg_s)
+
+
+def planned_sweeps(path: Sequence[Element], parts: Sequence[PatternBase], setup: Setup) -> list[Sweep]:
+    """The trains that a flight along a path has, each counted from the beginning of its leg."""
+    return [sweep for leg in path if not leg.turn for sweep in _sweeps_on(leg, parts, setup, 0.0)]
 
 
 def first_row_s(crossed_s: float, log_hz: int) -> float:

@@ -148,8 +148,8 @@ Maneuver = Annotated[Train | Combined, Discriminator("axis")]
 class Planned:
     """A swing on the clock of its leg."""
 
-    kind: str
-    """Axis of its train, or ``combined``."""
+    train: int
+    """Number of its train on the leg."""
     axis: str
     start_s: float
     period_s: float
@@ -194,7 +194,7 @@ def schedule(pattern: "PatternBase", index: int, leg_s: float) -> tuple[list[Pla
             lag = swing.lag(index) if isinstance(swing, PhasedSwing) else 0.0
             cycles = train.cycles_of(swing, index) if isinstance(train, Combined) else train.cycles
             eases = min(ease, before), min(ease, after)
-            out.append(Planned(train.axis, swing.axis, time + lag, period, cycles, swing.amplitude(index), *eases))
+            out.append(Planned(i, swing.axis, time + lag, period, cycles, swing.amplitude(index), *eases))
         end = time + length
         time = end + train.rest_s
     out.sort(key=lambda planned: planned.start_s - planned.ease_in_s)

@@ -12,13 +12,14 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
+from pydantic import ValidationError
 
 from magsim.aircraft import load_aircraft
 from magsim.earth import wgs84
 from magsim.flight import fly
 from magsim.scenario import PatternSequence, Scenario, Square, load_scenario
 from magsim.trajectory import Flight
-from tests.benchmarks.rows import Row, at_most, finish
+from tests.benchmarks.rows import Row, at_least, at_most, finish
 
 
 def closures_m(flight: Flight, circuits: int) -> list[float]:
@@ -34,24 +35,67 @@ def closures_m(flight: Flight, circuits: int) -> list[float]:
 
 AMPLITUDES_DEG = (5.0, 10.0, 15.0)
 PERIOD_S = 5.0
+AXES = ("pitch", "roll", "yaw")
 ANGLES = {"roll": 0, "pitch": 1, "yaw": 2}
 SHIPPED = "calibration_c208b"
+USUAL = {"c208b": (75.0, 3000.0, 10_000.0), "uav": (25.0, 100.0, 3_300.0)}
+"""Speed [m/s], height [m] and leg [m] of each aircraft."""
+
+Swings = tuple[tuple[str, float, float], ...]
+COMBINED: dict[str, Swings] = {
+    "pitch_roll": (("pitch", 5.0, 8.0), ("roll", 8.0, 6.0)),
+    "roll_yaw": (("roll", 8.0, 6.0), ("yaw", 4.0, 6.0)),
+    "roll_yaw_two_periods": (("roll", 8.0, 6.0), ("yaw", 4.0, 8.0)),
+    "all_axes": (("pitch", 5.0, 5.0), ("roll", 8.0, 5.0), ("yaw", 4.0, 5.0)),
+    "all_axes_three_periods": (("pitch", 5.0, 8.0), ("roll", 8.0, 6.0), ("yaw", 4.0, 7.0)),
+}
+"""Axis, amplitude [deg] and period [s] of swings flown at once, each a sixth of a period after the one before."""
 
 
-def amplitude_flight(amplitude_deg: float, aircraft: str = "c208b", speed_mps: float = 75.0) -> Flight:
-    """A box of 10 km legs in calm air, with one amplitude and a period of 5 s on every axis of every heading."""
+def calm_flight(
+    trains: list[dict], aircraft: str, speed_mps: float | None = None, alt_m: float | None = None
+) -> Flight:
+    """A box in calm air with the same maneuvers on the four headings."""
     craft = load_aircraft(aircraft)
-    axes = [axis for axis in ("pitch", "roll", "yaw") if amplitude_deg <= craft.limits.amplitude_deg[axis]]
-    trains = [{"axis": axis, "amplitude_deg": amplitude_deg, "period_s": PERIOD_S} for axis in axes]
+    speed, alt, leg_m = USUAL[aircraft]
+    start = {"lat_deg": 16.72, "lon_deg": 112.729, "alt_m": alt_m or alt, "speed_mps": speed_mps or speed}
     scenario = {
         "schema": 1,
         "seed": 1,
         "aircraft": aircraft,
-        "start": {"lat_deg": 16.72, "lon_deg": 112.729, "alt_m": 3000.0, "speed_mps": speed_mps},
-        "pattern": {"kind": "box", "allow_beyond_crew_g": True, "maneuvers": trains},
+        "start": start,
+        "pattern": {"kind": "box", "leg_m": leg_m, "allow_beyond_crew_g": True, "maneuvers": trains},
         "sensors": {"scalar": [{"name": "cabin", "mount": next(iter(craft.mounts))}]},
     }
     return fly(Scenario.model_validate(scenario, context={"aircraft": craft}), craft)
+
+
+def amplitude_flight(amplitude_deg: float, aircraft: str = "c208b") -> Flight:
+    """One amplitude in 5 s on every axis that the aircraft's limits let it swing so far."""
+    limits = load_aircraft(aircraft).limits.amplitude_deg
+    axes = [axis for axis in AXES if amplitude_deg <= limits[axis]]
+    return calm_flight(
+        [{"axis": axis, "amplitude_deg": amplitude_deg, "period_s": PERIOD_S} for axis in axes], aircraft
+    )
+
+
+def combined_flight(swings: Swings, aircraft: str = "c208b", cycles: int = 4) -> Flight:
+    """Several axes at once."""
+    phased = [
+        {"axis": axis, "amplitude_deg": amplitude, "period_s": period, "phase_deg": 60.0 * i}
+        for i, (axis, amplitude, period) in enumerate(swings)
+    ]
+    return calm_flight([{"axis": "combined", "cycles": cycles, "swings": phased}], aircraft)
+
+
+def is_refused(axis: str, amplitude_deg: float, aircraft: str) -> bool:
+    """Whether an amplitude beyond an aircraft's limits is refused before it is flown, with what is allowed."""
+    limit = load_aircraft(aircraft).limits.amplitude_deg[axis]
+    try:
+        calm_flight([{"axis": axis, "amplitude_deg": amplitude_deg, "period_s": PERIOD_S}], aircraft)
+    except ValidationError as error:
+        return f"allowed: above 0, up to {limit:g}" in str(error)
+    return False
 
 
 def half_peak_errors_deg(flight: Flight) -> dict[str, float]:
@@ -75,15 +119,27 @@ def leg_error_m(flight: Flight, leg_m: float) -> float:
     return max(abs(segment.length_m - leg_m) for segment in flight.segments if not segment.turn)
 
 
-def amplitude_rows() -> Iterator[Row]:
-    """5, 10 and 15 degrees at 5 s on all headings, and the legs of these boxes."""
-    legs = []
+def amplitude_rows(aircraft: str) -> Iterator[Row]:
+    """5, 10 and 15 degrees at 5 s on all headings, their legs, and that what is beyond the limits is refused."""
+    legs, before = [], "" if aircraft == "c208b" else f"{aircraft}_"
     for amplitude in AMPLITUDES_DEG:
-        flight = amplitude_flight(amplitude)
-        legs.append(leg_error_m(flight, 10_000.0))
-        for axis, error in half_peak_errors_deg(flight).items():
-            yield at_most(f"{axis}_half_peak_error_at_{amplitude:g}_deg", error, "deg", 0.2)
-    yield at_most("box_leg_error_m", max(legs), "m", 50.0)
+        flight = amplitude_flight(amplitude, aircraft)
+        legs.append(leg_error_m(flight, USUAL[aircraft][2]))
+        errors = half_peak_errors_deg(flight)
+        for axis, error in errors.items():
+            yield at_most(f"{before}{axis}_half_peak_error_at_{amplitude:g}_deg", error, "deg", 0.2)
+        for axis in AXES:
+            if axis not in errors:
+                refused = float(is_refused(axis, amplitude, aircraft))
+                yield at_least(f"{before}{axis}_at_{amplitude:g}_deg_is_refused", refused, "1", 1.0)
+    yield at_most(f"{before}box_leg_error_m", max(legs), "m", 50.0)
+
+
+def combined_rows(aircraft: str) -> Iterator[Row]:
+    """Axes that swing at once: the worst of them on all headings."""
+    for name, swings in COMBINED.items():
+        errors = half_peak_errors_deg(combined_flight(swings, aircraft))
+        yield at_most(f"{aircraft}_combined_{name}_half_peak_error", max(errors.values()), "deg", 0.2)
 
 
 def center_rows() -> Iterator[Row]:
@@ -122,7 +178,9 @@ def main() -> None:
     table = np.column_stack([flight.carrier.attitude, flight.carrier.velocity_n, flight.carrier.alt_m])
     rows.append(at_most("non_finite_rows", float(np.sum(~np.isfinite(table).all(axis=1))), "rows", 0.0))
     if arguments.scenario == SHIPPED:
-        rows += [*amplitude_rows(), *center_rows()]
+        for aircraft in USUAL:
+            rows += [*amplitude_rows(aircraft), *combined_rows(aircraft)]
+        rows += [*center_rows()]
     finish(rows, as_json=arguments.json)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from magsim.flight.elements import Label
-from magsim.flight.maneuvers import GRID_PERIODS_S, LoopResponse, Sweep, fit_sine, sweeps_of_leg
+from magsim.flight.maneuvers import BOUNDS, GRID_PERIODS_S, LoopResponse, Sweep, fit_sine, joint_sweeps, sweeps_of_leg
 from magsim.scenario import Box, Cloverleaf, Combined
 
 
@@ -92,10 +92,42 @@ def test_a_combined_maneuver_swings_several_axes_in_their_phases() -> None:
         3.0,
     )
     assert (roll.axis, roll.kind, roll.start_s, roll.cycles, roll.amplitude_deg) == ("roll", "combined", 113.5, 3, 4.0)
-    assert (yaw.axis, yaw.kind, yaw.start_s) == ("yaw", "", 138.0)
+    assert (yaw.axis, yaw.kind, yaw.joint, yaw.start_s) == ("yaw", "yaw", (), 138.0)
     # Sine against minus cosine: at its quarter period the one peaks where the other passes zero.
     assert roll.angle(113.5) == pytest.approx(0.0, abs=1e-12)
     assert roll.angle(115.0) == pytest.approx(math.radians(4.0))
+
+
+def test_the_same_combined_maneuver_is_the_same_request_wherever_it_is_flown() -> None:
+    box = Box(lead_s=12.0, maneuvers=[COMBINED])
+    first, again = (
+        sweeps_of_leg(box, Label(1, leg, False, 90.0, index=leg), at_s, 133.0) for leg, at_s in ((1, 0.1), (3, 777.7))
+    )
+    other = sweeps_of_leg(box, Label(1, 2, False, 90.0, index=2), 0.1, 133.0)
+    assert first[0].joint == first[1].joint == again[0].joint != other[0].joint
+    pitch, roll = first[0].joint
+    assert (pitch.axis, pitch.lag_s, roll.axis, roll.lag_s, roll.amplitude_deg) == ("pitch", 0.0, "roll", 1.5, 4.0)
+    flown = joint_sweeps(first[0].joint, 50.0)
+    for mine, theirs in zip(flown, first, strict=True):
+        assert mine.start_s - 50.0 == pytest.approx(theirs.start_s - first[0].start_s)
+        assert mine.angle(55.5) == pytest.approx(theirs.angle(5.5 + first[0].start_s))
+
+
+def test_the_largest_amplitude_is_told_with_its_reason() -> None:
+    period = np.array([3.0, 6.0, 12.0])
+    response = LoopResponse(
+        period,
+        {},
+        {},
+        {"yaw": np.array([10.0, 20.0, 40.0])},
+        {"yaw": np.array([2.0, 2.0, float(BOUNDS.index("beta"))])},
+    )
+    # In proportion to the period, so straight between the logarithms too.
+    assert response.largest_at("yaw", 4.0) == (pytest.approx(40.0 / 3.0), "rudder")
+    assert response.largest_at("yaw", 11.0) == (pytest.approx(110.0 / 3.0), "beta")
+    assert response.nearest_s("yaw", 15.0, 3.2) == 4.5
+    assert response.nearest_s("yaw", 15.0, 7.0) == 7.0
+    assert response.nearest_s("yaw", 41.0, 5.0) is None
 
 
 def test_an_envelope_of_none_starts_at_once() -> None:
