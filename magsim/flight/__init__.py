@@ -15,7 +15,7 @@ from magsim.aircraft import Aircraft, Facts
 from magsim.earth.grid import grid_turn
 from magsim.errors import DataError, RequestError
 from magsim.flight.air import weather_of
-from magsim.flight.calibration import check_reach, close_joints, loop_response
+from magsim.flight.calibration import check_reach, close_joints, loop_response, own_calibration
 from magsim.flight.drape import HeightPlan, drape_notes, plan_drape
 from magsim.flight.elements import Element, length_of
 from magsim.flight.flaps import check_legs, runs_of
@@ -95,8 +95,7 @@ def fly(
         axes = tuple(dict.fromkeys(sweep.axis for sweep in sweeps))
         response = loop_response(aircraft.facts, axes, setup)
         check_reach(sweeps, response, aircraft.facts, setup)
-        joints = dict.fromkeys(sweep.joint for sweep in sweeps if sweep.joint)
-        response = close_joints(aircraft.facts, setup, response, tuple(joints))
+        response = close_joints(aircraft.facts, setup, response, own_calibration(sweeps, response))
     warmup_s = scenario.flight.warmup_s
     log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)

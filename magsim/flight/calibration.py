@@ -40,6 +40,12 @@ FIRST_DEG = 3.0
 USED_PART = 0.8
 """Part of the largest amplitude that the second one flies."""
 
+PROPORTIONAL_DEG, PROPORTIONAL_PART = 20.0, 0.5
+"""Up to this amplitude, and this part of the largest one, the loops answer in proportion."""
+
+SLOW_PITCH_S = 10.0
+"""Slower pitch swings take the airspeed with them, and do not answer in proportion either."""
+
 LOWEST_M = 500.0
 """Lower flights are calibrated here, clear of the ground; the density differs by a twentieth at most."""
 
@@ -72,12 +78,12 @@ def loop_response(facts: Facts, axes: Sequence[str], setup: Setup) -> LoopRespon
 
 
 def close_joints(facts: Facts, setup: Setup, response: LoopResponse, joints: Sequence[Joint]) -> LoopResponse:
-    """The same response with what the generators are told in combined maneuvers, from the cache if it is there.
+    """The same response with what the generators are told in some maneuvers, from the cache if it is there.
 
     Raises
     ------
     RequestError
-        If a combined maneuver cannot be flown as it was asked.
+        If a maneuver cannot be flown as it was asked.
     """
     setup = _bare(setup)
     common = _key(facts, setup)
@@ -186,6 +192,20 @@ def _reach(facts: Facts, log: Log, sweep: Sweep, flown_deg: float) -> tuple[floa
         out.append((flown_deg * room / max(half, 1e-9), number))
     largest, number = min(out)
     return max(largest, 1e-3), number
+
+
+def own_calibration(sweeps: Sequence[Sweep], response: LoopResponse) -> tuple[Joint, ...]:
+    """Maneuvers that need a calibration of their own, each once: combined ones, and swings near what can be flown."""
+    return tuple(
+        dict.fromkeys(
+            sweep.joint
+            for sweep in sweeps
+            if len(sweep.joint) > 1
+            or sweep.amplitude_deg > PROPORTIONAL_DEG
+            or (sweep.axis == "pitch" and sweep.period_s > SLOW_PITCH_S)
+            or sweep.amplitude_deg > PROPORTIONAL_PART * response.largest_at(sweep.axis, sweep.period_s)[0]
+        )
+    )
 
 
 def check_reach(sweeps: Sequence[Sweep], response: LoopResponse, facts: Facts, setup: Setup) -> None:

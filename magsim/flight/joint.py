@@ -1,4 +1,4 @@
-"""Calibration of combined maneuvers: what each axis must be asked, and fed of another, so that all fly as asked.
+"""Calibration of whole maneuvers: what each axis must be asked, and fed of another, so that all fly as asked.
 
 Axes that swing at once disturb each other: a rolled aircraft yaws, a yawed one rolls. The whole maneuver is flown in
 still air. What an axis makes of its own frequency, and roll and yaw of each other's, is held against what was asked,
@@ -7,6 +7,8 @@ with nearly the right slope: three to six flights of the maneuver's length settl
 
 What is left are products: pitch turns with the rolled wing, and the lift that pitch adds turns the course. They are no
 sines of the train's own frequency, so the fitted sine and half of the peak to peak differ; their mean is closed.
+
+A train of one axis is calibrated like that too where it is so large that the loops do not answer in proportion.
 """
 
 import math
@@ -49,7 +51,7 @@ Flown = Callable[[list[Sweep], LoopResponse, float], Trajectory]
 
 
 def close_joint(joint: Joint, response: LoopResponse, flown: Flown) -> dict[str, Drive]:
-    """Find what the generators are told in a combined maneuver.
+    """Find what the generators are told in a maneuver.
 
     Parameters
     ----------
@@ -106,10 +108,9 @@ def close_joint(joint: Joint, response: LoopResponse, flown: Flown) -> dict[str,
 
 
 def words(joint: Joint) -> str:
-    """A combined maneuver in words."""
-    return "a combined maneuver of " + ", ".join(
-        f"{swing.axis} {swing.amplitude_deg:g} deg in {swing.period_s:g} s" for swing in joint
-    )
+    """A maneuver in words."""
+    swings = ", ".join(f"{swing.axis} {swing.amplitude_deg:g} deg in {swing.period_s:g} s" for swing in joint)
+    return f"{'a combined maneuver' if len(joint) > 1 else 'a train'} of {swings}"
 
 
 def _asked(own: Sweep, at: dict[str, Sweep]) -> dict[str, complex]:

@@ -24,7 +24,7 @@ ANGLES = {"roll": 0, "pitch": 1, "yaw": 2}
 
 
 class JointSwing(NamedTuple):
-    """One axis of a combined maneuver, on the clock of its maneuver."""
+    """One axis of a maneuver, on the clock of the maneuver."""
 
     axis: str
     lag_s: float
@@ -36,7 +36,7 @@ class JointSwing(NamedTuple):
 
 
 Joint = tuple[JointSwing, ...]
-"""A combined maneuver with all that its calibration depends on."""
+"""A maneuver, combined where it has more than one axis, with all that a calibration of its own depends on."""
 
 
 class Drive(NamedTuple):
@@ -69,12 +69,12 @@ class Sweep:
     ease_in_s: float
     ease_out_s: float
     joint: Joint = ()
-    """The whole maneuver where several axes swing at once; empty for a train of its own."""
+    """The maneuver that it is a part of."""
 
     @property
     def kind(self) -> str:
         """``combined`` where several axes swing at once, else the axis."""
-        return "combined" if self.joint else self.axis
+        return "combined" if len(self.joint) > 1 else self.axis
 
     @property
     def stop_s(self) -> float:
@@ -107,7 +107,7 @@ def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: flo
     trains: dict[int, list[Planned]] = {}
     for swing in planned:
         trains.setdefault(swing.train, []).append(swing)
-    joints = {number: joint_of(swings) for number, swings in trains.items() if len(swings) > 1}
+    joints = {number: joint_of(swings) for number, swings in trains.items()}
     return [
         Sweep(
             swing.axis,
@@ -119,14 +119,14 @@ def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: flo
             swing.amplitude_deg,
             swing.ease_in_s,
             swing.ease_out_s,
-            joints.get(swing.train, ()),
+            joints[swing.train],
         )
         for swing in planned
     ]
 
 
 def joint_of(swings: Sequence[Planned]) -> Joint:
-    """The swings of one combined maneuver on its own clock, to the nanosecond, so that equal ones are equal."""
+    """The swings of one maneuver on its own clock, to the nanosecond, so that equal ones are equal."""
     zero_s = min(swing.start_s for swing in swings)
     return tuple(
         JointSwing(
@@ -143,7 +143,7 @@ def joint_of(swings: Sequence[Planned]) -> Joint:
 
 
 def joint_sweeps(joint: Joint, start_s: float) -> list[Sweep]:
-    """The swings of a combined maneuver that begins at a time, in the order in which they begin to rise."""
+    """The swings of a maneuver that begins at a time, in the order in which they begin to rise."""
     out = [
         Sweep(s.axis, 1, 1, start_s + s.lag_s, s.period_s, s.cycles, s.amplitude_deg, s.ease_in_s, s.ease_out_s, joint)
         for s in joint
@@ -246,7 +246,7 @@ class LoopResponse:
     bound : mapping of axis to (n,)
         Which does, as an index of ``BOUNDS``.
     joints : mapping of Joint to mapping of axis to Drive
-        What the generators are told in combined maneuvers.
+        What the generators are told in maneuvers with a calibration of their own.
     """
 
     period_s: np.ndarray
