@@ -6,17 +6,22 @@ and a source, or is marked an estimate.
 """
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 from pydantic import BaseModel
 
 from magsim import assets, config
 from magsim.aircraft.facts import Facts, Limits
-from magsim.aircraft.magnetics import Magnetics
+from magsim.aircraft.magnetics import Magnetics, MeshPart
 from magsim.errors import RequestError
 
 __all__ = ["Aircraft", "Facts", "Limits", "Magnetics", "load_aircraft"]
+
+MESH_FILE_BYTES = 20_000_000
+"""Largest file of triangles."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +37,16 @@ class Aircraft:
     magnetics : Magnetics
         What disturbs, and where sensors are mounted.
     digest : str
-        SHA-256 over the bytes of its two files, in hexadecimal.
+        SHA-256 over the bytes of its two files and those that they name, in hexadecimal.
+    files : mapping of str to bytes
+        Files of triangles that ``magnetics.toml`` names, as they are.
     """
 
     name: str
     facts: Facts
     magnetics: Magnetics
     digest: str
+    files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
 
     @property
     def limits(self) -> Limits:
@@ -81,4 +89,37 @@ def load_aircraft(name: str) -> Aircraft:
             lines.append(str(error))
     if lines:
         raise RequestError("\n".join(lines))
-    return Aircraft(name, *parts, digest.hexdigest())
+    files = mesh_files(folder, parts[1])
+    for file, content in files.items():
+        digest.update(f"{file}\0".encode() + content + b"\0")
+    return Aircraft(name, *parts, digest.hexdigest(), files)
+
+
+def mesh_files(folder: Path, magnetics: Magnetics) -> dict[str, bytes]:
+    """Content of the files of triangles that steel parts name, by name.
+
+    Raises
+    ------
+    RequestError
+        If a file is not there, lies elsewhere, or is too large.
+    """
+    out: dict[str, bytes] = {}
+    for part in magnetics.steel:
+        if not isinstance(part, MeshPart) or part.file in out:
+            continue
+        path, what = folder / part.file, f"{folder / assets.AIRCRAFT_FILES[1]}: steel part {part.name!r}: {part.file}"
+        try:
+            if not path.is_file():
+                msg = f"{what}: there is no such file beside it"
+                raise RequestError(msg)
+            if path.resolve().parent != folder.resolve():
+                msg = f"{what}: lies elsewhere; allowed: a file in the folder of the aircraft"
+                raise RequestError(msg)
+            if path.stat().st_size > MESH_FILE_BYTES:
+                msg = f"{what}: has {path.stat().st_size} bytes; allowed: up to {MESH_FILE_BYTES}"
+                raise RequestError(msg)
+            out[part.file] = path.read_bytes()
+        except OSError as error:
+            msg = f"{what}: cannot be read ({error.strerror})"
+            raise RequestError(msg) from None
+    return out

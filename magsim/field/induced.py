@@ -5,8 +5,9 @@ triangles (P0); the air outside is exact::
 
     V sigma = M phi,      K phi + M^T sigma = -K psi_0
 
-``psi_0`` is the potential of the ambient field. Thin sheets carry their potential constant through the thickness.
-All parts interact. Inside, fields are in A/m for an ambient field of 1 A/m, so responses have no unit.
+``psi_0`` is the potential of the ambient field. Thin sheets carry their potential constant through the thickness;
+a homogeneous body may be given by its surface alone. All parts interact. Inside, fields are in A/m for an ambient
+field of 1 A/m, so responses have no unit.
 """
 
 from collections.abc import Sequence
@@ -18,8 +19,9 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse.linalg import splu
 
+from magsim.field.interior import interior_stiffness
 from magsim.field.meshes import Surface, Tetrahedra
-from magsim.field.panels import Panels, gradient, hessian, mutual_potentials
+from magsim.field.panels import Panels, gradient, hat_slopes, hessian, mutual_potentials
 
 
 @dataclass(frozen=True)
@@ -39,26 +41,54 @@ class Solid:
     chi: float | np.ndarray
 
 
+@dataclass(frozen=True)
+class Body:
+    """Homogeneous soft-magnetic body: its closed surface, outward, and its susceptibility."""
+
+    mesh: Surface
+    chi: float
+
+
+Part = Sheet | Solid | Body
+
+
 def _sheet_stiffness(sheet: Sheet, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Entries of K of a sheet: values, rows, columns."""
     triangles = sheet.mesh.triangles
     panels = Panels(sheet.mesh.vertices[triangles])
-    # The edge opposite to node i is e_i = P_{i+2} - P_{i+1}; grad w_i = (n x e_i) / (2 A).
-    opposite = np.roll(panels.corners, -2, axis=1) - np.roll(panels.corners, -1, axis=1)
-    grads = np.cross(panels.normals[:, None, :], opposite) / (2.0 * panels.areas[:, None, None])
     weight = sheet.chi * sheet.thickness_m * panels.areas
-    return _entries(weight, grads, triangles + offset)
+    return _entries(weight, hat_slopes(panels), triangles + offset)
+
+
+def cell_slopes(mesh: Tetrahedra) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes of the four linear functions of each cell, (e, 4, 3) [1/m], and the volumes of the cells, (e,) [m^3]."""
+    corners = mesh.vertices[mesh.cells]
+    jacobian = corners[:, 1:] - corners[:, :1]
+    others = np.swapaxes(np.linalg.inv(jacobian), 1, 2)
+    slopes = np.concatenate([-others.sum(axis=1, keepdims=True), others], axis=1)
+    return slopes, np.abs(np.linalg.det(jacobian)) / 6.0
 
 
 def _solid_stiffness(solid: Solid, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Entries of K of a solid: values, rows, columns."""
-    cells = solid.mesh.cells
-    corners = solid.mesh.vertices[cells]
-    jacobian = corners[:, 1:] - corners[:, :1]
-    others = np.swapaxes(np.linalg.inv(jacobian), 1, 2)
-    grads = np.concatenate([-others.sum(axis=1, keepdims=True), others], axis=1)
-    weight = np.broadcast_to(solid.chi, len(cells)) * np.abs(np.linalg.det(jacobian)) / 6.0
-    return _entries(weight, grads, cells + offset)
+    slopes, volumes = cell_slopes(solid.mesh)
+    return _entries(np.broadcast_to(solid.chi, len(volumes)) * volumes, slopes, solid.mesh.cells + offset)
+
+
+def _stiffness(part: Part, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sparse entries of K of a part: values, rows, columns; a body has none, its stiffness is full."""
+    if isinstance(part, Sheet):
+        return _sheet_stiffness(part, offset)
+    if isinstance(part, Solid):
+        return _solid_stiffness(part, offset)
+    return np.zeros(0), np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+
+
+def charge_triangles(part: Part) -> np.ndarray:
+    """Triangles of a part that carry charge, (t, 3) int."""
+    if isinstance(part, Solid):
+        return charge_faces(part.mesh.cells, np.broadcast_to(part.chi, len(part.mesh.cells)))
+    return part.mesh.triangles
 
 
 def _entries(weight: np.ndarray, grads: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,19 +125,43 @@ def charge_faces(cells: np.ndarray, chi: np.ndarray) -> np.ndarray:
     return keys[starts[(counts == 1) | (chi[owner[starts]] != chi[partner])]]
 
 
+def charge_field(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Field of charged triangles, (p, 3, k) [A/m].
+
+    Parameters
+    ----------
+    panels : Panels
+        ``t`` triangles.
+    charge : (t, k) [A/m]
+    points : (p, 3) [m]
+        Off the triangles. Each is worked on alone, so that its bits do not depend on the others.
+    """
+    return np.stack([-np.einsum("ti,tk->ik", gradient(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
+
+
+def charge_gradient(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Derivatives by the place of ``charge_field``, indexed (p, i, k, j) [A/m^2]."""
+    return np.stack([-np.einsum("tij,tk->ikj", hessian(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
+
+
 class InducedModel:
     """Soft-magnetic parts, discretized and factorized; solves for any ambient potential.
 
     Parameters
     ----------
-    parts : sequence of Sheet or Solid
+    parts : sequence of Sheet, Solid or Body
         They may not touch each other; bodies that touch belong into one mesh with a susceptibility for each cell.
 
     Attributes
     ----------
+    parts : tuple of Sheet, Solid or Body
+    starts : (parts + 1,) int
+        Number of the first node of each part, and of all nodes.
     nodes : (n, 3) [m]
     panels : Panels
         The ``t`` triangles that carry charge.
+    part : (t,) int
+        Number of the part that a triangle belongs to.
 
     Raises
     ------
@@ -115,42 +169,49 @@ class InducedModel:
         If the parts touch, or there are none.
     """
 
-    def __init__(self, parts: Sequence[Sheet | Solid]) -> None:
+    def __init__(self, parts: Sequence[Part]) -> None:
         if not parts:
             msg = "there is no soft-magnetic part to magnetize"
             raise ValueError(msg)
-        entries, vertices, faces, offset = [], [], [], 0
-        for part in parts:
-            if isinstance(part, Sheet):
-                entries.append(_sheet_stiffness(part, offset))
-                faces.append(part.mesh.triangles + offset)
-            else:
-                entries.append(_solid_stiffness(part, offset))
-                chi = np.broadcast_to(part.chi, len(part.mesh.cells))
-                faces.append(charge_faces(part.mesh.cells, chi) + offset)
-            vertices.append(part.mesh.vertices)
-            offset += len(part.mesh.vertices)
-        self.nodes = np.concatenate(vertices)
-        triangles = np.concatenate(faces)
+        starts = np.cumsum([0, *(len(part.mesh.vertices) for part in parts)])
+        faces = [charge_triangles(part) for part in parts]
+        self.parts, self.starts = tuple(parts), starts
+        self.nodes = np.concatenate([part.mesh.vertices for part in parts])
+        triangles = np.concatenate([face + start for face, start in zip(faces, starts, strict=False)])
         self.panels = Panels(self.nodes[triangles])
+        self.part = np.repeat(np.arange(len(parts)), [len(face) for face in faces])
+        entries = [_stiffness(part, start) for part, start in zip(parts, starts, strict=False)]
         value, row, column = (np.concatenate(items) for items in zip(*entries, strict=True))
-        self._stiffness = sparse.csr_array((value, (row, column)), shape=(offset, offset))
-        self._factorize(triangles)
+        self._stiffness = sparse.csr_array((value, (row, column)), shape=(len(self.nodes), len(self.nodes)))
+        try:
+            single = mutual_potentials(self.panels)
+            self._full = [
+                (slice(starts[i], starts[i + 1]), part.chi * self._body(i, part, single))
+                for i, part in enumerate(parts)
+                if isinstance(part, Body)
+            ]
+            self._factorize(triangles, single)
+        except LinAlgError as error:
+            msg = "soft-magnetic bodies touch or overlap; leave a gap between them or merge their meshes"
+            raise ValueError(msg) from error
 
-    def _factorize(self, triangles: np.ndarray) -> None:
+    def _body(self, number: int, part: Body, single: np.ndarray) -> np.ndarray:
+        own = np.flatnonzero(self.part == number)
+        return interior_stiffness(part.mesh, single[np.ix_(own, own)])
+
+    def _factorize(self, triangles: np.ndarray, single: np.ndarray) -> None:
         """Schur complement on the surface nodes: (K_bb - K_bi K_ii^-1 K_ib + M^T V^-1 M) phi_b = r."""
         surface = np.unique(triangles)
         self._surface, self._inner = surface, np.setdiff1d(np.arange(len(self.nodes)), surface)
         mass = np.zeros((len(triangles), len(surface)))
         rows = np.repeat(np.arange(len(triangles)), 3)
         np.add.at(mass, (rows, np.searchsorted(surface, triangles.ravel())), np.repeat(self.panels.areas / 3.0, 3))
-        try:
-            self._root = cholesky(mutual_potentials(self.panels), lower=True)
-        except LinAlgError as error:
-            msg = "soft-magnetic bodies touch or overlap; leave a gap between them or merge their meshes"
-            raise ValueError(msg) from error
+        self._root = cholesky(single, lower=True)
         self._half = solve_triangular(self._root, mass, lower=True)
         matrix = self._stiffness[surface][:, surface].toarray() + self._half.T @ self._half
+        for nodes, full in self._full:
+            at = np.searchsorted(surface, np.arange(nodes.start, nodes.stop))
+            matrix[np.ix_(at, at)] += full
         self._lower = None
         if len(self._inner):
             coupling = self._stiffness[self._inner][:, surface]
@@ -158,6 +219,13 @@ class InducedModel:
             self._lower = splu(self._stiffness[self._inner][:, self._inner].tocsc())
             matrix -= coupling.T @ self._lower.solve(coupling.toarray())
         self._schur = cho_factor(matrix, lower=True)
+
+    def stiff(self, potential: np.ndarray) -> np.ndarray:
+        """K applied to potentials at the nodes, (n, k)."""
+        out = self._stiffness @ potential
+        for nodes, full in self._full:
+            out[nodes] += full @ potential[nodes]
+        return out
 
     def charge(self, potential: np.ndarray) -> np.ndarray:
         """Surface charge for given ambient potentials.
@@ -171,12 +239,28 @@ class InducedModel:
         -------
         (t, k) [A/m]
         """
-        right = -(self._stiffness @ potential)
+        return self.solve(-self.stiff(potential))
+
+    def solve(self, right: np.ndarray, defect: np.ndarray | None = None) -> np.ndarray:
+        """Surface charge with ``K phi + M^T sigma = right`` and ``V sigma = M phi - defect``.
+
+        Parameters
+        ----------
+        right : (n, k) [A m]
+        defect : (t, k) [A m^2], optional
+
+        Returns
+        -------
+        (t, k) [A/m]
+        """
         reduced = right[self._surface]
         if self._lower is not None:
             reduced = reduced - self._coupling.T @ self._lower.solve(right[self._inner])
+        short = 0.0 if defect is None else solve_triangular(self._root, defect, lower=True)
+        if defect is not None:
+            reduced = reduced + self._half.T @ short
         phi = cho_solve(self._schur, reduced)
-        return solve_triangular(self._root, self._half @ phi, lower=True, trans="T")
+        return solve_triangular(self._root, self._half @ phi - short, lower=True, trans="T")
 
     @cached_property
     def uniform(self) -> np.ndarray:
@@ -197,16 +281,11 @@ class InducedModel:
         (p, 3, k)
             [A/m] for each ambient field; ``(p, 3, 3)`` without unit by default.
         """
-        charge = self.uniform if charge is None else charge
-        return np.stack(
-            [-np.einsum("ti,tk->ik", gradient(self.panels, p[None])[0], charge) / (4.0 * np.pi) for p in points]
-        )
+        return charge_field(self.panels, self.uniform if charge is None else charge, points)
 
     def response_gradient(self, points: np.ndarray) -> np.ndarray:
         """Derivatives ``dD_ik/dx_j`` of ``response``, indexed (p, i, k, j) [1/m]."""
-        return np.stack(
-            [-np.einsum("tij,tk->ikj", hessian(self.panels, p[None])[0], self.uniform) / (4.0 * np.pi) for p in points]
-        )
+        return charge_gradient(self.panels, self.uniform, points)
 
     def moment(self, charge: np.ndarray | None = None) -> np.ndarray:
         """Magnetic moment of the charge, (3, k) [A m^2]; by default the polarizability ``alpha`` (3, 3) [m^3]."""

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+FLAT = 1e-9
+"""Volume of a cell over the cube of its longest edge below which it counts as flat."""
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -104,6 +107,34 @@ def extrude(sections: np.ndarray, triangles: np.ndarray) -> Tetrahedra:
     )
     cells = (prism[None] + count * np.arange(layers)[:, None, None]).reshape(-1, 4)
     return Tetrahedra(sections.reshape(-1, 3), cells, np.repeat(np.arange(layers), len(prism)))
+
+
+def boundary(mesh: Tetrahedra) -> np.ndarray:
+    """Triangles around a solid, outward, (t, 3) int.
+
+    Raises
+    ------
+    ValueError
+        If cells are flat or lie on each other.
+    """
+    cells = mesh.cells.copy()
+    corners = mesh.vertices[cells]
+    edges = corners[:, 1:] - corners[:, :1]
+    volume = np.linalg.det(edges) / 6.0
+    if np.any(np.abs(volume) < FLAT * np.linalg.norm(edges, axis=2).max(axis=1) ** 3):
+        msg = "has flat cells; allowed: sections that differ and do not collapse"
+        raise ValueError(msg)
+    cells[volume < 0.0] = cells[volume < 0.0][:, [0, 2, 1, 3]]
+    faces = np.concatenate([cells[:, [1, 2, 3]], cells[:, [0, 3, 2]], cells[:, [0, 1, 3]], cells[:, [0, 2, 1]]])
+    # A face between two cells is seen from both sides; the sense is the parity of the order of its corners.
+    order = np.argsort(faces, axis=1)
+    sense = np.where(np.isin(order @ [9, 3, 1], [5, 15, 19]), 1, -1)  # 012, 120, 201
+    keys, owner = np.unique(np.take_along_axis(faces, order, axis=1), axis=0, return_inverse=True)
+    count, both = np.bincount(owner.ravel()), np.bincount(owner.ravel(), weights=sense, minlength=len(keys))
+    if count.max() > 2 or np.any((count == 2) & (both != 0)):
+        msg = "folds over itself; allowed: sections that do not cut each other; move them apart or bend less"
+        raise ValueError(msg)
+    return faces[count[owner.ravel()] == 1]
 
 
 def disc_grid(rings: int, radius: float) -> tuple[np.ndarray, np.ndarray]:

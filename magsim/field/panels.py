@@ -178,6 +178,37 @@ def gradient(panels: Panels, points: np.ndarray) -> np.ndarray:
     return -seen.solid[..., None] * panels.normals - np.einsum("...i,...ix->...x", seen.logs, panels.edge_normals)
 
 
+def hat_slopes(panels: Panels) -> np.ndarray:
+    """Slopes of the three linear functions that are 1 at one corner and 0 at the others, (t, 3, 3) [1/m]."""
+    opposite = np.roll(panels.corners, -2, axis=1) - np.roll(panels.corners, -1, axis=1)
+    return np.cross(panels.normals[:, None, :], opposite) / (2.0 * panels.areas[:, None, None])
+
+
+def double_layer(panels: Panels, points: np.ndarray) -> np.ndarray:
+    """Integrals of ``w_j n.(x - y) / |x - y|^3`` over each triangle, for the three hat functions ``w_j``.
+
+    A hat function is its value under the point, times the solid angle, and a slope, times the integral of the ray.
+
+    Parameters
+    ----------
+    panels : Panels
+        ``t`` triangles.
+    points : (p, 3) or (p, t, 3) [m]
+        Not inside the triangle itself.
+
+    Returns
+    -------
+    (p, t, 3)
+        Together the solid angle, positive on the side of the normal.
+    """
+    points = np.asarray(points, dtype=float)
+    points = points[:, None, :] if points.ndim == 2 else points
+    seen, slopes = _see(panels, points), hat_slopes(panels)
+    values = 1.0 / 3.0 + np.einsum("...tx,tjx->...tj", points - panels.centroids, slopes)
+    rim = np.einsum("...ti,tix->...tx", seen.logs, panels.edge_normals)
+    return values * seen.solid[..., None] - seen.height[..., None] * np.einsum("...tx,tjx->...tj", rim, slopes)
+
+
 def hessian(panels: Panels, points: np.ndarray) -> np.ndarray:
     """Second derivatives of ``potential``, (p, t, 3, 3) [1/m]; symmetric and free of trace outside the triangle."""
     seen = _see(panels, np.asarray(points, dtype=float)[:, None, :])

@@ -7,14 +7,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft, Magnetics
-from magsim.aircraft.magnetics import BoxSheet, Coil, Steel
+from magsim.aircraft.magnetics import Coil
 from magsim.arrays import readonly
 from magsim.errors import RequestError
 from magsim.field.coils import Loop, inductance_matrix
 from magsim.field.dipoles import HingedDipole, dipole_field
 from magsim.field.eddy import Modes, reduce_to_modes, slow_limit
-from magsim.field.induced import InducedModel, Sheet, Solid
-from magsim.field.meshes import box_surface, cylinder
+from magsim.field.steel import SteelModel, compute_steel, file_digests, load_steel
 from magsim.storage import cached
 
 Arrays = dict[str, np.ndarray]
@@ -29,7 +28,7 @@ class AircraftResponse:
     mounts : tuple of str
     positions_m : (s, 3) [m]
     permanent_nt : (s, 3) [nT]
-        Field of the fixed dipoles.
+        Field of the fixed dipoles, with what those that are not installed ones induce in the steel.
     induced : (s, 3, 3)
         ``D``: induced field is ``D @ B_0``.
     induced_gradient : (s, 3, 3, 3) [1/m]
@@ -73,39 +72,13 @@ class AircraftResponse:
         return np.array([self.mounts.index(mount) for mount in mounts], dtype=int)
 
 
-def _steel(part: Steel) -> Sheet | Solid:
-    if isinstance(part, BoxSheet):
-        mesh = box_surface(part.center_m, part.size_m, part.element_m)
-        return Sheet(mesh, part.thickness_m, part.mu_r - 1.0)
-    mesh = cylinder(
-        part.center_m,
-        part.axis,
-        radius=part.radius_m,
-        length=part.length_m,
-        rings=part.rings,
-        layers=part.layers,
-    )
-    return Solid(mesh, part.mu_r - 1.0)
-
-
-def steel_model(steel: tuple[Steel, ...]) -> InducedModel:
-    """The finite-element model of the steel parts of an aircraft, all of them together."""
-    return InducedModel([_steel(part) for part in steel])
-
-
-def _permanent(magnetics: Magnetics, points: np.ndarray) -> Arrays:
-    field = np.zeros_like(points)
+def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray) -> Arrays:
+    """Steel and fixed dipoles, with what those that are not installed ones induce in the steel."""
+    field = steel.at(points)
+    permanent = field.reaction_nt.copy()
     for dipole in magnetics.permanent:
-        field += dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
-    return {"permanent_nt": field}
-
-
-def _induced(magnetics: Magnetics, points: np.ndarray) -> Arrays:
-    if not magnetics.steel:
-        none = np.zeros((len(points), 3, 3))
-        return {"induced": none, "induced_gradient": np.zeros((*none.shape, 3))}
-    model = steel_model(magnetics.steel)
-    return {"induced": model.response(points), "induced_gradient": model.response_gradient(points)}
+        permanent += dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
+    return {"permanent_nt": permanent, "induced": field.induced, "induced_gradient": field.induced_gradient}
 
 
 def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
@@ -136,23 +109,35 @@ def _eddy(magnetics: Magnetics, points: np.ndarray) -> Arrays:
     return {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field}
 
 
-CONTRIBUTIONS = (_permanent, _induced, _eddy)
-"""Each makes its arrays of the response from the magnetic file and the places."""
+CONTRIBUTIONS = (_eddy,)
+"""Each makes its arrays of the response from the magnetic file and the places; ``_fixed`` needs the steel too."""
 
 
-def _solve(aircraft: Aircraft, points: np.ndarray) -> Arrays:
+def _solve(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel) -> Arrays:
     """All numbers that take time, as arrays by name."""
-    magnetics = aircraft.magnetics
+    points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
+    _check_places(aircraft, places, steel)
     arrays = {"positions_m": points}
     # LU, Cholesky and eigh give other last bits on another number of threads.
     with threadpool_limits(limits=1):
         try:
+            arrays |= _fixed(aircraft.magnetics, steel, points)
             for contribution in CONTRIBUTIONS:
-                arrays |= contribution(magnetics, points)
+                arrays |= contribution(aircraft.magnetics, points)
         except ValueError as error:
             msg = f"aircraft {aircraft.name}: {error}"
             raise RequestError(msg) from error
     return arrays
+
+
+def _check_places(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel) -> None:
+    """Refuse places in or at the steel, as its mesh has it."""
+    words = {f"{'mount' if name in aircraft.mounts else 'place'} {name!r}": point for name, point in places.items()}
+    try:
+        steel.check(words)
+    except RequestError as error:
+        lines = [f"aircraft {aircraft.name}: {line}" for line in str(error).splitlines()]
+        raise RequestError("\n".join(lines)) from error
 
 
 def _assemble(magnetics: Magnetics, names: tuple[str, ...], arrays: Arrays) -> AircraftResponse:
@@ -175,33 +160,46 @@ def compute_response(aircraft: Aircraft) -> AircraftResponse:
     Parameters
     ----------
     aircraft : Aircraft
-        Only its ``magnetics`` count.
+        Only its ``magnetics`` count, and the files that they name.
 
     Raises
     ------
     RequestError
-        If steel parts touch each other.
+        If a place is in or at the steel, steel parts touch, or a mesh is not sound.
     """
-    return response_at(aircraft, aircraft.mounts)
+    mounts = aircraft.mounts
+    return _assemble(aircraft.magnetics, tuple(mounts), _solve(aircraft, mounts, compute_steel(aircraft)))
 
 
 def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]]) -> AircraftResponse:
-    """Response of an aircraft at any places.
+    """Response of an aircraft at any places; its steel is solved once and kept by content.
 
     Parameters
     ----------
     aircraft : Aircraft
-        Only its ``magnetics`` count.
+        Only its ``magnetics`` count, and the files that they name.
     places : mapping of str to (3,) [m]
         Body axes; by name.
 
     Raises
     ------
     RequestError
-        If steel parts touch each other.
+        If a place is in or at the steel, steel parts touch, or a mesh is not sound.
     """
-    points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
-    return _assemble(aircraft.magnetics, tuple(places), _solve(aircraft, points))
+    return _assemble(aircraft.magnetics, tuple(places), _solve(aircraft, places, load_steel(aircraft)))
+
+
+def obstacles(aircraft: Aircraft, points: np.ndarray) -> list[str | None]:
+    """For each place what is in the way of a sensor, with what is allowed; None where nothing is.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    points : (p, 3) [m]
+        Body axes.
+    """
+    meshes = load_steel(aircraft).obstacles(points)
+    return [aircraft.magnetics.obstacle(tuple(map(float, p))) or mesh for p, mesh in zip(points, meshes, strict=True)]
 
 
 def load_response(aircraft: Aircraft) -> AircraftResponse:
@@ -209,6 +207,7 @@ def load_response(aircraft: Aircraft) -> AircraftResponse:
 
     The cache counts the source code of ``magsim.field`` into the key.
     """
-    magnetics, points = aircraft.magnetics, np.array(list(aircraft.mounts.values()))
-    key = {"magnetics": magnetics.model_dump(mode="json")}
-    return _assemble(magnetics, tuple(aircraft.mounts), cached("response", key, lambda: _solve(aircraft, points)))
+    magnetics, mounts = aircraft.magnetics, aircraft.mounts
+    key = {"magnetics": magnetics.model_dump(mode="json"), "files": file_digests(aircraft)}
+    arrays = cached("response", key, lambda: _solve(aircraft, mounts, load_steel(aircraft)))
+    return _assemble(magnetics, tuple(mounts), arrays)

@@ -3,31 +3,26 @@
 import numpy as np
 import pytest
 
-from magsim.field.induced import InducedModel, Sheet, Solid
-from magsim.field.meshes import Surface, Tetrahedra, ball, box_surface, cylinder, disc_grid, icosphere, shell_solid
+from magsim.field.induced import Body, InducedModel, Sheet, Solid
+from magsim.field.meshes import (
+    Surface,
+    Tetrahedra,
+    ball,
+    boundary,
+    box_surface,
+    cylinder,
+    disc_grid,
+    icosphere,
+    shell_solid,
+)
+from tests.truth import bodies
 
 RADIUS, MU = 0.5, 100.0
 
 
-def _directions(count: int = 12) -> np.ndarray:
-    points = np.random.default_rng(5).normal(size=(count, 3))
-    return points / np.linalg.norm(points, axis=1, keepdims=True)
-
-
-def _dipole(alpha: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Field of the moments alpha e_k at points, (p, 3, 3)."""
-    dist = np.linalg.norm(points, axis=1)
-    unit = points / dist[:, None]
-    kernel = 3.0 * np.einsum("pi,pj->pij", unit, unit) - np.eye(3)
-    return np.einsum("pij,jk->pik", kernel, alpha) / (4.0 * np.pi * dist**3)[:, None, None]
-
-
 def _field_error(model: InducedModel, alpha: float, distance: float) -> float:
-    """Largest error of the field vector over the largest field at that distance, over three ambient fields."""
-    points = distance * _directions()
-    exact = _dipole(alpha * np.eye(3), points)
-    error = np.linalg.norm(model.response(points) - exact, axis=1)
-    return float((error / np.linalg.norm(exact, axis=1)).max())
+    points = distance * bodies.directions()
+    return bodies.field_error(model.response(points), alpha, points)
 
 
 def _sphere(subdivisions: int, layers: int, mu: float = MU) -> InducedModel:
@@ -36,13 +31,7 @@ def _sphere(subdivisions: int, layers: int, mu: float = MU) -> InducedModel:
 
 
 def _sphere_moment(mu: float) -> float:
-    return 4.0 * np.pi * RADIUS**3 * (mu - 1.0) / (mu + 2.0)
-
-
-def _shell_moment(mu: float, inner: float, outer: float) -> float:
-    ratio = (inner / outer) ** 3
-    below = (2 * mu + 1) * (mu + 2) - 2 * ratio * (mu - 1) ** 2
-    return 4.0 * np.pi * (2 * mu + 1) * (mu - 1) * (outer**3 - inner**3) / below
+    return bodies.sphere_moment(mu, RADIUS)
 
 
 @pytest.fixture(scope="module")
@@ -63,6 +52,36 @@ def test_sphere_converges_with_the_square_of_the_element(spheres: list[InducedMo
     assert np.all(orders > 1.8), (errors, orders)
 
 
+@pytest.mark.parametrize("mu", [1.0 + 1e-6, 2.0, 100.0])
+def test_sphere_by_its_surface_alone(mu: float) -> None:
+    model = InducedModel([Body(icosphere(2, RADIUS, keep="volume"), mu - 1.0)])
+    assert _field_error(model, _sphere_moment(mu), 1.5 * RADIUS) < 0.003
+    np.testing.assert_allclose(np.diag(model.moment()), _sphere_moment(mu), rtol=2e-4)
+    areas, charge = model.panels.areas, model.uniform
+    assert np.abs(areas @ charge).max() < 1e-11 * (areas @ np.abs(charge)).max()
+
+
+def test_surface_of_a_block_is_the_block() -> None:
+    """Tetrahedra and the closed surface of the same cylinder differ by less than either errs."""
+    solid = cylinder((0.0, 0.0, 0.0), (0.0, 0.6, 0.8), radius=0.2, length=0.8, rings=4, layers=8)
+    surface = Surface(solid.vertices, boundary(solid))
+    used, triangles = np.unique(surface.triangles, return_inverse=True)
+    body = Body(Surface(solid.vertices[used], triangles.reshape(-1, 3)), 9.0)
+    points = np.array([[0.5, 0.0, 0.1], [0.1, 0.6, 0.6]])
+    filled, hollow = (InducedModel([part]).response(points) for part in (Solid(solid, 9.0), body))
+    np.testing.assert_allclose(hollow, filled, atol=0.01 * np.abs(filled).max())
+
+
+def test_hollow_body_is_a_thick_shell() -> None:
+    """A sphere with a hollow: two closed surfaces, the inner one turned inward."""
+    outer, inner = icosphere(2, RADIUS, keep="volume"), icosphere(2, 0.7 * RADIUS, keep="volume")
+    vertices = np.vstack([outer.vertices, inner.vertices])
+    triangles = np.vstack([outer.triangles, inner.triangles[:, ::-1] + len(outer.vertices)])
+    model = InducedModel([Body(Surface(vertices, triangles), 4.0)])
+    exact = bodies.shell_moment(5.0, 0.7 * RADIUS, RADIUS)
+    np.testing.assert_allclose(np.diag(model.moment()), exact, rtol=2e-3)
+
+
 def test_sphere_of_strong_iron() -> None:
     assert _field_error(_sphere(2, 3, mu=1000.0), _sphere_moment(1000.0), 1.5 * RADIUS) < 0.003
 
@@ -71,24 +90,13 @@ def test_prolate_spheroid() -> None:
     mesh = ball(2, RADIUS * np.arange(1, 4) / 3)
     stretched = Tetrahedra(mesh.vertices * [3.0, 1.0, 1.0], mesh.cells, mesh.layer)
     alpha = InducedModel([Solid(stretched, MU - 1.0)]).moment()
-    e = np.sqrt(1.0 - 1.0 / 9.0)
-    axial = (1 - e**2) / e**3 * (np.arctanh(e) - e)
-    volume = 4.0 / 3.0 * np.pi * RADIUS**3 * 3.0
-    for got, factor in zip(np.diag(alpha), (axial, (1 - axial) / 2, (1 - axial) / 2), strict=True):
-        assert got == pytest.approx(volume * (MU - 1.0) / (1.0 + factor * (MU - 1.0)), rel=3e-4)
+    np.testing.assert_allclose(np.diag(alpha), bodies.spheroid_moments(MU, 3.0, RADIUS), rtol=3e-4)
 
 
 def test_layered_sphere_converges_to_the_exact_moment() -> None:
     """A core of mu 100 up to 0.7 in a shell of mu 5: wrong in the limit without charge on the interface."""
     core, shell, inner, outer = 100.0, 5.0, 0.7, 1.0
-    q = (inner / outer) ** 3
-    exact = (
-        4.0
-        * np.pi
-        * outer**3
-        * ((shell - 1) * (core + 2 * shell) + q * (2 * shell + 1) * (core - shell))
-        / ((shell + 2) * (core + 2 * shell) + 2 * q * (shell - 1) * (core - shell))
-    )
+    exact = bodies.layered_moment(core, shell, inner, outer)
     errors = []
     for subdivisions, layers in ((1, 2), (2, 4)):
         radii = np.concatenate([inner * np.arange(1, layers + 1) / layers, np.linspace(inner, outer, layers + 1)[1:]])
@@ -103,19 +111,18 @@ def test_layered_sphere_converges_to_the_exact_moment() -> None:
 
 
 def test_thick_shell_of_prisms() -> None:
-    exact = _shell_moment(200.0, 0.95 * RADIUS, RADIUS)
+    exact = bodies.shell_moment(200.0, 0.95 * RADIUS, RADIUS)
     model = InducedModel([Solid(shell_solid(2, 0.95 * RADIUS, RADIUS), 199.0)])
     assert _field_error(model, exact, 1.5 * RADIUS) < 0.01
     inside = model.response(np.zeros((1, 3)))[0] + np.eye(3)
-    mu, ratio = 200.0, 0.95**3
-    shielded = 9.0 * mu / ((2 * mu + 1) * (mu + 2) - 2 * ratio * (mu - 1) ** 2)
+    shielded = bodies.shell_inside(200.0, 0.95 * RADIUS, RADIUS)
     np.testing.assert_allclose(inside, shielded * np.eye(3), atol=0.05 * shielded)
 
 
 def test_thin_sheet_is_a_shell_of_the_same_thickness() -> None:
     """1 mm of steel on a sphere of 0.5 m; the radius of the sheet is that of its middle."""
     model = InducedModel([Sheet(icosphere(2, 0.4995, keep="area"), 0.001, 199.0)])
-    exact = _shell_moment(200.0, 0.499, 0.5)
+    exact = bodies.shell_moment(200.0, 0.499, 0.5)
     assert _field_error(model, exact, 0.75) < 0.0138
     assert _field_error(model, exact, 1.5) < 0.0108
 
@@ -134,6 +141,24 @@ def test_permeable_disc_converges_to_its_exact_moment() -> None:
     assert errors[2] < 0.032
     assert errors[0] / errors[1] > 1.7
     assert errors[1] / errors[2] > 1.7
+
+
+def test_rings_graded_toward_the_rim_restore_the_second_order() -> None:
+    errors = []
+    for rings in (4, 8):
+        flat, triangles = disc_grid(rings, 1.0)
+        alpha = InducedModel([Sheet(Surface(bodies.graded_disc(flat), triangles), 1.0, 1e7)]).moment()
+        errors.append(abs(alpha[0, 0] / (16.0 / 3.0) - 1.0))
+    assert errors[1] < 0.01
+    assert np.log2(errors[0] / errors[1]) > 1.8
+
+
+def test_the_sense_of_a_sheet_does_not_matter() -> None:
+    mesh = box_surface((0.0, 0.0, 0.0), (1.0, 0.8, 0.6), 0.25)
+    mixed = mesh.triangles.copy()
+    mixed[::3] = mixed[::3, ::-1]
+    one, other = (InducedModel([Sheet(m, 0.001, 99.0)]).moment() for m in (mesh, Surface(mesh.vertices, mixed)))
+    np.testing.assert_allclose(one, other, atol=1e-12 * one.max())
 
 
 TANK = box_surface((-1.8, 0.0, 0.4), (1.0, 0.8, 0.6), 0.1)
@@ -174,7 +199,8 @@ def _weak_error(rings: int, layers: int) -> float:
     a, b = 0.5854101966249685, 0.1381966011250105
     nodes = np.einsum("qc,ecx->eqx", np.full((4, 4), b) + (a - b) * np.eye(4), corners).reshape(-1, 3)
     weights = np.repeat(volumes / 4.0, 4)
-    exact = np.stack([np.einsum("q,qij->ij", weights, _dipole(np.eye(3), point - nodes)) for point in points])
+    kernels = (bodies.dipole_tensor(np.eye(3), point - nodes) for point in points)
+    exact = np.stack([np.einsum("q,qij->ij", weights, kernel) for kernel in kernels])
     return float((np.abs(response - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))).max())
 
 
@@ -193,8 +219,8 @@ def test_superposition_of_ambient_fields(aircraft: InducedModel) -> None:
 
 def test_far_field_is_that_of_the_moment() -> None:
     model = InducedModel([Sheet(box_surface((0.0, 0.0, 0.0), (1.0, 0.8, 0.6), 0.1), 0.0015, 199.0)])
-    points = 20.0 * _directions()
-    exact = _dipole(model.moment(), points)
+    points = 20.0 * bodies.directions()
+    exact = bodies.dipole_tensor(model.moment(), points)
     error = np.linalg.norm(model.response(points) - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
     assert error.max() < 0.005
 

@@ -5,12 +5,13 @@ import pytest
 
 from magsim.aircraft import load_aircraft
 from magsim.field.induced import InducedModel
-from magsim.field.response import compute_response, steel_model
+from magsim.field.response import compute_response
+from magsim.field.steel import steel_parts
 
 
 @pytest.fixture(scope="module")
 def model() -> InducedModel:
-    return steel_model(load_aircraft("c208b").magnetics.steel)
+    return InducedModel(list(steel_parts(load_aircraft("c208b").magnetics.steel).values()))
 
 
 @pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (-11.11, 0.0, -0.82), (0.3, 0.36, 0.55)])

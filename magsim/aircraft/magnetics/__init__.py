@@ -13,20 +13,36 @@ from pydantic import Field, model_validator
 from magsim.aircraft.magnetics.base import Mount
 from magsim.aircraft.magnetics.coils import Coil
 from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, HingedDipole
-from magsim.aircraft.magnetics.steel import BoxSheet, Cylinder, Steel
+from magsim.aircraft.magnetics.steel import (
+    Bar,
+    BoxSheet,
+    Cylinder,
+    Loft,
+    MeshPart,
+    Plate,
+    Steel,
+    Strip,
+    Tube,
+)
 from magsim.config import Name, Strict, Vector
 
 __all__ = [
     "DIPOLE_CLEARANCE_M",
     "SURFACES",
+    "Bar",
     "BoxSheet",
     "Coil",
     "Cylinder",
     "Dipole",
     "HingedDipole",
+    "Loft",
     "Magnetics",
+    "MeshPart",
     "Mount",
+    "Plate",
     "Steel",
+    "Strip",
+    "Tube",
 ]
 
 
@@ -51,7 +67,7 @@ class Magnetics(Strict):
     @model_validator(mode="after")
     def _check_names(self) -> "Magnetics":
         _unique("dipoles", (dipole.name for dipole in (*self.permanent, *self.hinged)))
-        _unique("steel parts", (part.name for part in self.steel))
+        _unique("steel parts", (name for part in self.steel for name in part.names))
         _unique("coils", (coil.name for coil in self.coils))
         return self
 
@@ -67,7 +83,8 @@ class Magnetics(Strict):
     def obstacle(self, place: Vector) -> str | None:
         """What stands in the way of a sensor at a place, with what is allowed; None where nothing does.
 
-        A mesh and a point dipole mean nothing closer than their own size.
+        A mesh and a point dipole mean nothing closer than their own size. Lofts and files of triangles are known by
+        their mesh alone; ``magsim.field.obstacles`` looks at that.
 
         Parameters
         ----------
@@ -77,9 +94,9 @@ class Magnetics(Strict):
         for part in self.steel:
             clearance = part.clearance_m(place)
             if clearance < part.element_size_m:
+                where = f"{clearance:.3g} m from" if clearance >= 0.0 else "inside"
                 return (
-                    f"{clearance:.3g} m from steel part {part.name!r}; "
-                    f"allowed: at least its element size, {part.element_size_m:g} m"
+                    f"{where} steel part {part.name!r}; allowed: at least its element size, {part.element_size_m:g} m"
                 )
         for dipole in (*self.permanent, *self.hinged):
             distance = math.dist(place, dipole.position_m)
