@@ -177,3 +177,25 @@ def wrap_pi(angle: np.ndarray | float) -> np.ndarray | float:
     wrapped = (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
     # Just below -pi the remainder rounds up to a whole turn.
     return np.where(wrapped >= np.pi, -np.pi, wrapped)
+
+
+def turned_back(rotation: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors in axes that have been turned by rotation vectors (Rodrigues, by the negative angle).
+
+    Parameters
+    ----------
+    rotation : (n, 3) [rad]
+        Axis times angle, in the axes before the turn.
+    vectors : (n, 3)
+        In the axes before the turn.
+
+    Returns
+    -------
+    (n, 3)
+    """
+    square = np.einsum("ni,ni->n", rotation, rotation)[:, None]
+    angle = np.sqrt(square)
+    # sin x / x and (1 - cos x) / x^2 by numpy's sinc, which is exact at zero.
+    first, second = np.sinc(angle / np.pi), 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    across = np.cross(rotation, vectors)
+    return vectors - first * across + second * np.cross(rotation, across)

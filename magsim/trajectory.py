@@ -325,6 +325,8 @@ class Flight:
     switches : mapping of str to (n,)
         What the electric loads do at the carrier's log times: ``flap_motor`` 1 while it turns, ``autopilot`` 1 while it
         is engaged, ``throttle`` 0 to 1. Empty for a logged track.
+    rotors : mapping of str to (n,) [rad/s], optional
+        Angular speed of what turns, at the carrier's log times: ``propeller``; empty where nobody knows it.
     """
 
     carrier: Trajectory
@@ -336,6 +338,7 @@ class Flight:
     notes: Mapping[str, object] = field(default_factory=dict)
     wind_n: np.ndarray | None = None
     switches: Mapping[str, np.ndarray] = field(default_factory=dict)
+    rotors: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.wind_n is not None:
@@ -344,7 +347,7 @@ class Flight:
                 msg = f"wind_n has shape {wind_n.shape}, expected {(len(self.carrier), 3)}"
                 raise ValueError(msg)
             object.__setattr__(self, "wind_n", wind_n)
-        for kind in ("controls", "switches"):
+        for kind in ("controls", "switches", "rotors"):
             table = {name: readonly(values) for name, values in getattr(self, kind).items()}
             for name, values in table.items():
                 if values.shape != self.carrier.time_s.shape:

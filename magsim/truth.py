@@ -23,12 +23,15 @@ class FieldTruth:
         Parts named in ``magsim.columns.COMPONENTS``; their sum is the whole field. A part that is off is absent.
     currents_a : mapping of str to (n,) [A]
         Currents that made the field, where the model knows them.
+    tilts_b : mapping of str to (n, 3) [rad]
+        Rotation vectors, body axes, of the mounts that bend.
     """
 
     time_s: np.ndarray
     mounts: tuple[str, ...]
     parts_b: Mapping[str, np.ndarray]
     currents_a: Mapping[str, np.ndarray] = field(default_factory=dict)
+    tilts_b: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shape = (len(self.time_s), len(self.mounts), 3)
@@ -42,6 +45,7 @@ class FieldTruth:
         object.__setattr__(self, "time_s", readonly(self.time_s))
         object.__setattr__(self, "mounts", tuple(self.mounts))
         object.__setattr__(self, "parts_b", {name: readonly(part) for name, part in self.parts_b.items()})
+        object.__setattr__(self, "tilts_b", {name: readonly(tilt) for name, tilt in self.tilts_b.items()})
         object.__setattr__(self, "currents_a", {name: readonly(row) for name, row in self.currents_a.items()})
 
     @property

@@ -39,6 +39,13 @@ def test_legs_are_orthogonal_and_straight(flight):
             assert abs((course - segment.heading_deg + 180.0) % 360.0 - 180.0) < 1.0
 
 
+def test_the_propeller_is_logged_as_governed(flight):
+    speed = flight.rotors["propeller"] * 30.0 / np.pi
+    assert speed.shape == flight.carrier.time_s.shape
+    assert np.abs(speed - 1900.0).max() < 10.0
+    assert np.std(speed) > 0.01
+
+
 def test_both_circuits_close(flight):
     assert max(closures_m(flight, 2)) < 100.0
 

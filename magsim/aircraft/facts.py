@@ -108,6 +108,7 @@ Rate = Annotated[Fact, AfterValidator(_in("rad/s", positive=True))]
 PerSecond = Annotated[Fact, AfterValidator(_in("1/s", positive=True))]
 Number = Annotated[Fact, AfterValidator(_in("1"))]
 Inertia = Annotated[Fact, AfterValidator(_in("kg m^2", positive=True))]
+Polynomial = Annotated[PlaceFact, AfterValidator(_in("1"))]
 Place = Annotated[PlaceFact, AfterValidator(_in("m"))]
 AngleRange = Annotated[RangeFact, AfterValidator(_in("rad"))]
 DegreeRange = Annotated[RangeFact, AfterValidator(_in("deg"))]
@@ -205,8 +206,27 @@ class Aero(Strict):
     cruise_mass: Mass
 
 
+class FixedPropeller(Strict):
+    """A propeller of fixed pitch, for the speed at which it turns: its thrust coefficient over the advance ratio."""
+
+    diameter: Size
+    thrust_coefficient: Polynomial
+    """Factors of 1, J and J^2."""
+
+    @model_validator(mode="after")
+    def _falls(self) -> "FixedPropeller":
+        at_rest, _, last = self.thrust_coefficient.value
+        if not (at_rest > 0.0 and last <= 0.0):
+            msg = (
+                f"thrust_coefficient = {list(self.thrust_coefficient.value)} has not one speed for each thrust; "
+                "allowed: a first factor above 0 and a last one not above 0"
+            )
+            raise ValueError(msg)
+        return self
+
+
 class DirectEngine(Strict):
-    """Thrust as a function of speed, height and lever, without a propeller that turns."""
+    """Thrust as a function of speed, height and lever; ``propeller`` tells how fast it turns to give that thrust."""
 
     kind: Literal["direct"]
     power: Power
@@ -214,6 +234,7 @@ class DirectEngine(Strict):
     static_thrust: Force
     height_factor: CurveFact
     position: Place
+    propeller: FixedPropeller | None = None
 
 
 class Propeller(Strict):

@@ -8,8 +8,8 @@ from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
-from magsim.field import main_field, metal
-from magsim.field.response import AircraftResponse, load_response
+from magsim.field import flex, main_field, memory, metal, rotors
+from magsim.field.response import AircraftResponse, load_response, response_at
 from magsim.field.situation import Situation
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
@@ -17,16 +17,18 @@ from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 
 Progress = Callable[[float], None]
-Maker = Callable[[Situation], np.ndarray]
+Maker = Callable[[Situation], np.ndarray | None]
 
 MAKERS: Mapping[str, Maker] = {
     "earth": main_field.earth,
     "permanent": metal.permanent,
     "hinged": metal.hinged,
+    "propeller": rotors.propeller,
     "induced": metal.induced,
+    "memory": memory.memory,
     "eddy": metal.eddy,
 }
-"""What makes each part; the names are those of ``magsim.columns.COMPONENTS``."""
+"""What makes each part, or None where the aircraft has no such thing; the names are those of ``columns.COMPONENTS``."""
 
 
 def parts_on(scenario: Scenario, names: tuple[str, ...] = COMPONENTS) -> tuple[str, ...]:
@@ -72,10 +74,10 @@ def compute_field(
     # Spline fits call LAPACK: on one thread they give the same bits everywhere.
     with threadpool_limits(limits=1, user_api="blas"):
         situation = Situation.of(scenario, aircraft.magnetics, flight, response, ground)
-        return _compose(situation, tell)
+        return _compose(situation, aircraft, tell)
 
 
-def _compose(situation: Situation, tell: Progress) -> FieldTruth:
+def _compose(situation: Situation, aircraft: Aircraft, tell: Progress) -> FieldTruth:
     scenario = situation.scenario
     background = {name: MAKERS[name](situation) for name in parts_on(scenario, BACKGROUND)}
     situation = replace(situation, background=background)
@@ -84,8 +86,27 @@ def _compose(situation: Situation, tell: Progress) -> FieldTruth:
     platform = parts_on(scenario, PLATFORM)
     for done, name in enumerate(platform, start=1):
         scale, part = getattr(scenario.field, name).scale, MAKERS[name](situation)
-        parts[name] = part if scale == 1.0 else scale * part
+        if part is not None:
+            parts[name] = part if scale == 1.0 else scale * part
         tell(0.5 + 0.5 * done / len(platform))
+    bending = flex.Bending.of(situation)
+    if bending.shifts_b:
+        _bend(parts, situation, bending, response_at(aircraft, flex.places_around(situation, bending)))
     for part in parts.values():
         part.flags.writeable = False  # handed over, not copied
-    return FieldTruth(situation.time_s, situation.mounts, parts)
+    return FieldTruth(situation.time_s, situation.mounts, parts, tilts_b=bending.tilts_b)
+
+
+def _bend(
+    parts: dict[str, np.ndarray], situation: Situation, bending: flex.Bending, response: AircraftResponse
+) -> None:
+    """Add to every part what the way of the bent mounts changes, by the part's own gradient there."""
+    around = replace(situation, response=response, mounts=response.mounts)
+    for name, part in parts.items():
+        field = MAKERS[name](around)
+        field, scale = (
+            (field[:, :-1], 1.0) if name in BACKGROUND else (field, getattr(situation.scenario.field, name).scale)
+        )
+        parts[name] = np.array(part)
+        for mount, change in flex.moved(field, bending.shifts_b).items():
+            parts[name][:, situation.mounts.index(mount)] += scale * change

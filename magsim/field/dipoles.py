@@ -56,6 +56,7 @@ class HingedDipole:
         Unit vector; positive deflection follows the right-hand rule.
     surface : str
         Control surface that carries it.
+    name : str
     """
 
     position: np.ndarray
@@ -63,6 +64,7 @@ class HingedDipole:
     hinge_point: np.ndarray
     hinge_axis: np.ndarray
     surface: str
+    name: str = ""
 
 
 def _turned(axis: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from magsim.errors import RequestError
 from magsim.field.dipoles import hinged_field
 from magsim.field.eddy import step_rate
 from magsim.field.response import AircraftResponse
@@ -16,13 +17,27 @@ def permanent(situation: Situation) -> np.ndarray:
 
 
 def hinged(situation: Situation) -> np.ndarray:
-    """Field of the dipoles on control surfaces, (n, s, 3) [nT]; a surface that the flight does not move rests."""
+    """Field of the dipoles on control surfaces, (n, s, 3) [nT].
+
+    Raises
+    ------
+    RequestError
+        If a dipole turns with a surface whose deflection the flight does not tell, and which is not held at rest.
+    """
     positions = situation.positions_m
     out = np.zeros((len(situation.time_s), len(positions), 3))
     angles = situation.flight.controls_at(situation.time_s)
     turns = {name: (np.cos(angle), np.sin(angle)) for name, angle in angles.items()}
-    rest = np.ones(1), np.zeros(1)
+    rest, at_rest = (np.ones(1), np.zeros(1)), situation.scenario.field.hinged.at_rest
     for dipole in situation.response.hinged:
+        if dipole.surface not in turns and dipole.surface not in at_rest:
+            told = ", ".join(turns) or "none"
+            msg = (
+                f"aircraft {situation.scenario.aircraft}: hinged dipole {dipole.name!r} turns with the surface "
+                f"{dipole.surface!r}, which the flight does not log (logged: {told}); allowed: its deflection in the "
+                f"track, field.hinged.at_rest = ['{dipole.surface}'], or field.hinged.enabled = false"
+            )
+            raise RequestError(msg)
         cos, sin = turns.get(dipole.surface, rest)
         for s, position in enumerate(positions):
             out[:, s] += hinged_field(dipole, cos, sin, position)

@@ -148,6 +148,7 @@ def _assemble(magnetics: Magnetics, names: tuple[str, ...], arrays: Arrays) -> A
             hinge_point=np.array(dipole.hinge_point_m),
             hinge_axis=np.array(dipole.hinge_axis),
             surface=dipole.surface,
+            name=dipole.name,
         )
         for dipole in magnetics.hinged
     )

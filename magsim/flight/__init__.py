@@ -294,6 +294,7 @@ def _flight(
         controls=log.controls(),
         switches=log.switches(),
         wind_n=log.wind(),
+        rotors=log.rotors(aircraft.facts.engine),
         segments=segments,
         maneuvers=maneuvers,
         notes={

@@ -7,7 +7,9 @@ direct thrust, made of the same propeller, which is trimmed and linearized in it
 
 import math
 
-from magsim.aircraft.facts import DirectEngine, Engine, Facts, TurbopropEngine
+import numpy as np
+
+from magsim.aircraft.facts import DirectEngine, Engine, Facts, FixedPropeller, TurbopropEngine
 from magsim.flight.propeller import ADVANCE, PITCH_DEG, governed_thrust, tables
 from magsim.units import FT, HP, LB, LBF, RHO0, SLUG_FT2, SLUG_FT3
 
@@ -39,6 +41,29 @@ def available_thrust(engine: Engine, speed_mps: float, density: float) -> float:
         thrust = engine.power.value * engine.propeller_efficiency.value / max(speed_mps, 1.0)
         return min(engine.static_thrust.value, thrust)
     return governed_thrust(engine.propeller, available_power(engine, density), speed_mps, density)
+
+
+def turning_speed(
+    propeller: FixedPropeller, thrust_n: np.ndarray, speed_mps: np.ndarray, density: np.ndarray
+) -> np.ndarray:
+    """Speed at which a propeller of fixed pitch gives a thrust, (n,) [rad/s].
+
+    ``T = rho n^2 D^4 (c0 + c1 J + c2 J^2)`` with ``J = V / (n D)`` is a square equation for the revolutions ``n``
+    (Beard and McLain, Small Unmanned Aircraft, chapter 4).
+
+    Parameters
+    ----------
+    propeller : FixedPropeller
+    thrust_n : (n,) [N]
+        Not negative.
+    speed_mps : (n,) [m/s]
+    density : (n,) [kg/m^3]
+    """
+    c0, c1, c2 = propeller.thrust_coefficient.value
+    diameter = propeller.diameter.value
+    flow = speed_mps / diameter
+    rest = c2 * flow**2 - thrust_n / (density * diameter**4)
+    return math.pi / c0 * (np.sqrt((c1 * flow) ** 2 - 4.0 * c0 * rest) - c1 * flow)
 
 
 def lever_of(engine: TurbopropEngine, thrust_n: float, speed_mps: float, density: float) -> float:

@@ -8,7 +8,7 @@ from itertools import accumulate
 
 import numpy as np
 
-from magsim.aircraft.facts import Facts
+from magsim.aircraft.facts import Engine, Facts, TurbopropEngine
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, transport_rate
 from magsim.flight.aero import bank_below_stall
@@ -16,6 +16,7 @@ from magsim.flight.air import GustHands
 from magsim.flight.autopilot import Sine
 from magsim.flight.drape import HeightPlan
 from magsim.flight.elements import Element
+from magsim.flight.engines import turning_speed
 from magsim.flight.flaps import FlapHand, moving
 from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, wrap
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
@@ -74,6 +75,15 @@ class Log:
     def wind(self) -> np.ndarray:
         """The wind that was flown, north, east, down, (n, 3) [m/s]."""
         return np.stack([self["wind_north"], self["wind_east"], self["wind_down"]], axis=-1)
+
+    def rotors(self, engine: Engine) -> dict[str, np.ndarray]:
+        """Speed of the propeller [rad/s]: that of the governed one, or that at which a fixed one gives its thrust."""
+        if isinstance(engine, TurbopropEngine):
+            return {"propeller": self["rotor"]}
+        if engine.propeller is None:
+            return {}
+        thrust, density = np.maximum(self["thrust"], 0.0), standard_density(self["alt"])
+        return {"propeller": turning_speed(engine.propeller, thrust, self["airspeed"], density)}
 
     def controls(self) -> dict[str, np.ndarray]:
         """Deflections [rad] by the right-hand rule about +y, for the rudder about +z."""

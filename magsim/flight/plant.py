@@ -51,8 +51,13 @@ CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("wind_down", "atmosphere/total-wind-down-fps", FT),
     ("flap", "fcs/flap-pos-rad", 1.0),
     ("engaged", "ap/on", 1.0),
+    ("thrust", "propulsion/engine/thrust-lbs", LBF),
+    ("rotor", "propulsion/engine/propeller-rpm", math.pi / 30.0),
 )
 """Logged quantities: name, JSBSim's property, factor to SI."""
+
+WITHOUT = frozenset({"propulsion/engine/propeller-rpm"})
+"""Properties that a model need not have; they read 0 then."""
 
 TO_SI = np.array([factor for _, _, factor in CHANNELS])
 
@@ -315,7 +320,7 @@ class Plant:
         self._step_s = 1.0 / setup.step_hz
         self._steps = 0
         manager = self._fdm.get_property_manager()
-        self._readers = [_node(manager, name).get_double_value for _, name, _ in CHANNELS]
+        self._readers = [_reader(manager, name) for _, name, _ in CHANNELS]
         self._writers = {name: _node(manager, name).set_double_value for name in (*_writable(), *setup.weather.inputs)}
         self._outside = _envelope(facts)
         self._set_ground = _node(manager, "position/terrain-elevation-asl-ft").set_double_value
@@ -399,6 +404,12 @@ def _node(manager: jsbsim.FGPropertyManager, name: str) -> jsbsim.FGPropertyNode
         msg = f"JSBSim has no property {name}"
         raise DataError(msg)
     return node
+
+
+def _reader(manager: jsbsim.FGPropertyManager, name: str) -> Callable[[], float]:
+    if name in WITHOUT and manager.get_node(name) is None:
+        return float
+    return _node(manager, name).get_double_value
 
 
 def _envelope(facts: Facts) -> Callable[[list[float], float], str]:

@@ -1,9 +1,10 @@
 """Which parts of the field are on."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
+from magsim.aircraft.magnetics import Surface
 from magsim.config import Strict
 
 
@@ -29,14 +30,43 @@ class Eddy(Part):
     lag: bool = Field(default=True, description="false: instantaneous, proportional to dB/dt (Tolles-Lawson)")
 
 
+class Hinged(Part):
+    """Moments that turn with control surfaces."""
+
+    at_rest: Annotated[tuple[Surface, ...], Field(strict=False)] = Field(
+        default=(), description="surfaces that stay at zero where the flight does not tell their deflection"
+    )
+
+
+class Memory(Part):
+    """Hysteresis and viscosity of the steel."""
+
+    hysteresis: bool = True
+    viscosity: bool = True
+    start: Literal["settled", "aligned", "demagnetized"] = Field(
+        default="settled",
+        description="before the first row: the same flight had been flown, the first field was held, or no field was",
+    )
+
+
+class Flex(Strict):
+    """Bending of the mounts that the aircraft file tells the modes of."""
+
+    enabled: bool = False
+    scale: float = Field(default=1.0, ge=0.0, le=1000.0)
+
+
 class Field_(Strict):
     """Which physics is on."""
 
     earth: Earth = Earth()
     permanent: Part = Part()
-    hinged: Part = Part()
+    hinged: Hinged = Hinged()
+    propeller: Part = Part()
     induced: Part = Part()
+    memory: Memory = Memory()
     eddy: Eddy = Eddy()
+    flex: Flex = Flex()
 
     def is_on(self, name: str) -> bool:
         """Whether the part of that name is switched on; the main field always is."""

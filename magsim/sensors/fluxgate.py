@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from magsim import columns
-from magsim.frames import rot_nb_from_attitude, rotate
+from magsim.frames import rot_nb_from_attitude, rotate, turned_back
 from magsim.scenario import FluxgateSensor
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.noise import white_noise
@@ -113,6 +113,9 @@ def fluxgate_columns(
         ``flux`` in sensor axes, and each part of the field in body axes.
     """
     rng = stream(seed, f"fluxgate/{sensor.name}/noise")
-    reading = acquisition(measure(truth.total(sensor.mount), sensor, acquisition.rate_in_hz, rng))
+    total_b = truth.total(sensor.mount)
+    if sensor.mount in truth.tilts_b:
+        total_b = turned_back(truth.tilts_b[sensor.mount], total_b)
+    reading = acquisition(measure(total_b, sensor, acquisition.rate_in_hz, rng))
     out = {columns.FLUX.name(sensor=sensor.name, axis=axis): reading[:, k] for k, axis in enumerate(columns.AXES)}
     return out | part_columns(sensor.name, sensor.mount, truth, acquisition)

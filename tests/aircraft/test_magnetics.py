@@ -117,3 +117,50 @@ def test_mounts_keep_off_steel_and_dipoles(settings: dict, place: list[float], c
 def test_a_sensor_may_sit_inside_the_tank(settings: dict) -> None:
     settings["mounts"]["tank"] = {"position_m": [-1.8, 0.0, 0.4], "source": "a test"}
     assert "tank" in Magnetics.model_validate(settings).mounts
+
+
+def test_what_turns_needs_its_rotor(settings: dict) -> None:
+    settings["rotating"][0]["rotor"] = "fan"
+    _refused(settings, "turns with rotor 'fan', which is not there; allowed: propeller")
+    settings["rotors"] = {}
+    _refused(settings, r"allowed: none, give a table \[rotors.NAME\]")
+
+
+def test_blade_lies_across_its_axis(settings: dict) -> None:
+    settings["rotating"][0]["polarizability_m3"] = [1e-3, 0.0, 0.0]
+    _refused(settings, "has a polarizability but no blade")
+    settings["rotating"][0]["blade"] = [0.6, 0.8, 0.0]
+    _refused(settings, "is not across the axis .* of its rotor")
+    settings["rotating"][0]["blade"] = [0.0, 0.0, 1.0]
+    assert Magnetics.model_validate(settings).rotating[0].blade == (0.0, 0.0, 1.0)
+    settings["rotating"][0]["polarizability_m3"] = [1e-3, -1e-4, 0.0]
+    _refused(settings, "none below 0")
+
+
+def test_a_rotating_part_keeps_off_mounts(settings: dict) -> None:
+    settings["mounts"]["hub"] = {"position_m": [4.3, 0.0, 0.0], "source": "a test"}
+    _refused(settings, "0.15 m from dipole 'propeller'")
+
+
+def test_memory_has_as_many_weights_as_radii(settings: dict) -> None:
+    good = settings["memory"]
+    for change, told in (
+        ({"weights": [0.02]}, "1 weights but 3 radii_nt; allowed: as many of both"),
+        ({"viscosity_s": [1.0]}, "3 viscosity_weights but 1 viscosity_s"),
+        ({"radii_nt": [-1.0, 2.0, 3.0]}, "radii_nt = .*: allowed: none below 0"),
+        ({"weights": [0.02, -0.02, 0.02]}, "weights = .*: allowed: none below 0"),
+        ({"viscosity_s": [0.0, 1.0, 2.0]}, "greater than 0"),
+    ):
+        settings["memory"] = good | change
+        _refused(settings, told)
+
+
+def test_modes_of_a_mount(settings: dict) -> None:
+    mode = settings["mounts"]["sgl_mag_1"]["flex"][0]
+    for change, told in (
+        ({"direction": [0.0, 0.0, 2.0]}, "length 2; allowed: a unit vector"),
+        ({"damping": 1.0}, "less than 1"),
+        ({"frequency_hz": 0.0}, "greater than 0"),
+    ):
+        settings["mounts"]["sgl_mag_1"]["flex"] = [mode | change]
+        _refused(settings, told)

@@ -48,6 +48,8 @@ LINEAR = (
     "field.earth.along_path=false",
     "field.eddy.lag=false",
     "field.hinged.enabled=false",
+    "field.propeller.enabled=false",
+    "field.memory.enabled=false",
 )
 """A world whose projection is exactly the sum of the Tolles-Lawson terms."""
 
@@ -100,7 +102,14 @@ def everything(flight: Flight, truth: FieldTruth, mount: str) -> np.ndarray:
 GRADIENT = ("field.earth.along_path=true",)
 """The main field along the track and at each mount's own place."""
 
-WHOLE = ("field.eddy.lag=true", "field.earth.along_path=true", "field.hinged.enabled=true")
+WHOLE = (
+    "field.eddy.lag=true",
+    "field.earth.along_path=true",
+    "field.hinged.enabled=true",
+    "field.propeller.enabled=true",
+    "field.memory.enabled=true",
+    "field.flex.enabled=true",
+)
 """Every part on."""
 
 EFFECTS = (
@@ -112,6 +121,10 @@ EFFECTS = (
     Effect("main-field gradient, interference known", GRADIENT),
     Effect("main-field gradient, reading fitted", GRADIENT, measured=True),
     Effect("moving control surfaces", ("field.hinged.enabled=true",)),
+    Effect("propeller", ("field.propeller.enabled=true",)),
+    Effect("hysteresis, play 6 %", ("field.memory.enabled=true", "field.memory.viscosity=false")),
+    Effect("viscosity, 0.2 % a decade", ("field.memory.enabled=true", "field.memory.hysteresis=false")),
+    Effect("bending stinger", ("field.flex.enabled=true",)),
     Effect("heading error 0.15 cos + 0.1 cos 2", extra=heading_error),
     Effect("gyro shift", extra=gyro_shift),
     Effect("white noise, 4 pT/sqrt(Hz)", extra=white_noise),

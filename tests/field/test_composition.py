@@ -1,6 +1,7 @@
 """The composed field of a flight: places, times, parts, switches."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +9,12 @@ import pytest
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.columns import PLATFORM
 from magsim.earth import decimal_years, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
-from magsim.field import AircraftResponse, compute_field, compute_response
+from magsim.errors import RequestError
+from magsim.field import AircraftResponse, compute_field, compute_response, load_response
 from magsim.field.composition import MAKERS, parts_on
 from magsim.field.dipoles import dipole_field
 from magsim.field.main_field import earth_along
+from magsim.field.memory import hysteresis, viscosity
 from magsim.field.situation import simulation_times, used_mounts
 from magsim.frames import body_rates, rot_nb_from_attitude, rotate, rotate_about, rotate_back
 from magsim.scenario import Scenario
@@ -19,7 +22,7 @@ from magsim.trajectory import Flight, Trajectory
 
 REFERENCE_B = np.array([-0.15, 0.0, 0.25])
 SWING, PERIOD_S = np.radians([12.0, 9.0, 8.0]), np.array([7.0, 8.3, 6.1])
-SURFACES = ("elevator", "aileron_left", "aileron_right", "rudder")
+SURFACES = ("elevator", "aileron_left", "aileron_right", "rudder", "flap")
 
 
 def _attitude(time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -161,12 +164,61 @@ def test_hinged_dipoles_follow_their_surfaces(run: Callable, flight: Flight, air
     place = np.array(aircraft.mounts["sgl_mag_1"])
     exact = np.zeros((len(rows), 3))
     for dipole in aircraft.magnetics.hinged:
-        angle = angles.get(dipole.surface, np.zeros(len(rows)))  # this flight has no flaps: they rest
+        angle = angles[dipole.surface]
         axis, hinge = np.array(dipole.hinge_axis), np.array(dipole.hinge_point_m)
         position = hinge + rotate_about(axis, angle, np.array(dipole.position_m) - hinge)
         exact += dipole_field(position, rotate_about(axis, angle, np.array(dipole.moment_am2)), place)
     np.testing.assert_allclose(truth.part("hinged", "sgl_mag_1")[rows], exact, atol=1e-11)
     assert np.ptp(exact[:, 0]) > 0.01
+
+
+def test_a_surface_that_is_not_logged_is_named(aircraft: Aircraft, flight: Flight, response: AircraftResponse) -> None:
+    controls = {name: angle for name, angle in flight.controls.items() if name != "flap"}
+    without = replace(flight, controls=controls)
+    with pytest.raises(
+        RequestError, match=r"'flap_right' .* 'flap', which the flight does not log .*at_rest = \['flap'\]"
+    ):
+        compute_field(_scenario(), aircraft, without, response)
+    told = compute_field(_scenario(hinged={"at_rest": ["flap"]}), aircraft, without, response)
+    still = replace(flight, controls=controls | {"flap": np.zeros(len(flight.carrier))})
+    assumed = compute_field(_scenario(), aircraft, still, response)
+    np.testing.assert_array_equal(told.parts_b["hinged"], assumed.parts_b["hinged"])
+
+
+def test_what_the_steel_remembers_goes_through_its_tensor(run: Callable, response: AircraftResponse) -> None:
+    """Hysteresis and viscosity of B_0, each alone and both, times D at each mount."""
+    uniform = {"along_path": False}
+    both, alone = run(earth=uniform), [run(earth=uniform, memory={p: False}) for p in ("hysteresis", "viscosity")]
+    told = load_aircraft("c208b").magnetics.memory
+    ambient = both.part("earth", "cabin_center")
+    states = [
+        viscosity(ambient, told.viscosity_s, told.viscosity_weights, 1.0 / 120.0, "settled"),
+        hysteresis(ambient, told.radii_nt, told.weights, "settled"),
+    ]
+    for mount in both.mounts:
+        tensor = response.induced[response.mounts.index(mount)]
+        for truth, state in zip((*alone, both), (*states, states[0] + states[1]), strict=True):
+            np.testing.assert_allclose(truth.part("memory", mount), state @ tensor.T, atol=1e-6)
+    assert np.ptp(both.part("memory", "cabin_center"), axis=0).max() > 1.0
+
+
+def test_propeller_turns_with_the_flight(run: Callable, aircraft: Aircraft, flight: Flight) -> None:
+    """Its tone has the frequency that was flown, however long a step is; without a log, that of the file."""
+    scenario = _scenario()
+    logged = {"propeller": np.full(len(flight.carrier), 2.0 * np.pi * 31.0)}
+    for hertz, changes in ((31.0, {"rotors": logged}), (1900.0 / 60.0, {})):
+        tones = []
+        for rate in (120.0, 240.0):
+            flown = replace(flight, simulation_rate_hz=rate, **changes)
+            truth = compute_field(scenario, aircraft, flown, load_response(aircraft))
+            counted = truth.part("propeller", "cabin_center")[:, 1]
+            first = round(10.0 * rate)  # time 0; windows of 100 ms begin half a step before it
+            tones.append(counted[first : first + round(50.0 * rate)].reshape(500, -1).mean(axis=1))
+        offset = tones[0] - tones[1]  # windows differ by a quarter of a long step
+        assert np.abs(offset).max() < 0.3 * np.ptp(tones[0])
+        spectrum = np.abs(np.fft.rfft((tones[0] - tones[0].mean()) * np.hanning(500)))
+        alias = abs(hertz - 10.0 * round(hertz / 10.0))
+        assert np.fft.rfftfreq(500, 0.1)[spectrum.argmax()] == pytest.approx(alias, abs=0.15)
 
 
 def _body_derivatives(truth_time: np.ndarray, ambient: np.ndarray) -> np.ndarray:
@@ -231,7 +283,7 @@ def test_parts_can_be_switched_and_scaled(run: Callable, name: str) -> None:
 
 def test_linear_world_is_the_tolles_lawson_sum(run: Callable, response: AircraftResponse) -> None:
     """With a constant field the projection is exactly p.u + F u.Du + F u.E du/dt (E without lag)."""
-    truth = run(earth={"along_path": False}, hinged=OFF, eddy={"lag": False})
+    truth = run(earth={"along_path": False}, hinged=OFF, propeller=OFF, memory=OFF, eddy={"lag": False})
     ambient = truth.part("earth", "cabin_center")
     size = np.linalg.norm(ambient, axis=1)
     u = ambient / size[:, None]

@@ -15,6 +15,7 @@ LINEAR = (
     "pattern.circuits=1",
     "field.earth.along_path=false",
     "field.hinged.enabled=false",
+    "field.memory.enabled=false",
     "field.eddy.lag=false",
     "sensors.scalar[0].noise_nt_rthz=0.0",
 )

@@ -1,4 +1,4 @@
-"""What ``magnetics.toml`` of an aircraft may say: mounts, permanent moments, steel parts, loops.
+"""What ``magnetics.toml`` of an aircraft may say: mounts, permanent moments, what turns, steel parts, loops.
 
 All places are in meters in body axes (forward, right, down) from the aircraft's datum. Each group of numbers
 carries a ``source``: where it was read, or ``estimate: ...`` with the published level that set it.
@@ -10,9 +10,11 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from magsim.aircraft.magnetics.base import Mount
 from magsim.aircraft.magnetics.coils import Coil
-from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, HingedDipole
+from magsim.aircraft.magnetics.memory import Memory
+from magsim.aircraft.magnetics.mounts import FlexMode, Mount
+from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, HingedDipole, Surface
+from magsim.aircraft.magnetics.rotors import RotatingDipole, Rotor, check_rotors
 from magsim.aircraft.magnetics.steel import (
     Bar,
     BoxSheet,
@@ -34,14 +36,19 @@ __all__ = [
     "Coil",
     "Cylinder",
     "Dipole",
+    "FlexMode",
     "HingedDipole",
     "Loft",
     "Magnetics",
+    "Memory",
     "MeshPart",
     "Mount",
     "Plate",
+    "RotatingDipole",
+    "Rotor",
     "Steel",
     "Strip",
+    "Surface",
     "Tube",
 ]
 
@@ -61,12 +68,20 @@ class Magnetics(Strict):
     mounts: dict[Name, Mount] = Field(min_length=1)
     permanent: Annotated[tuple[Dipole, ...], Field(strict=False)] = ()
     hinged: Annotated[tuple[HingedDipole, ...], Field(strict=False)] = ()
+    rotors: dict[Name, Rotor] = Field(default_factory=dict)
+    rotating: Annotated[tuple[RotatingDipole, ...], Field(strict=False)] = ()
+    memory: Memory | None = None
     steel: Annotated[tuple[Steel, ...], Field(strict=False)] = ()
     coils: Annotated[tuple[Coil, ...], Field(strict=False)] = ()
 
+    @property
+    def _dipoles(self) -> tuple[Dipole, ...]:
+        return (*self.permanent, *self.hinged, *self.rotating)
+
     @model_validator(mode="after")
     def _check_names(self) -> "Magnetics":
-        _unique("dipoles", (dipole.name for dipole in (*self.permanent, *self.hinged)))
+        _unique("dipoles", (dipole.name for dipole in self._dipoles))
+        check_rotors(self.rotors, self.rotating)
         _unique("steel parts", (name for part in self.steel for name in part.names))
         _unique("coils", (coil.name for coil in self.coils))
         return self
@@ -98,7 +113,7 @@ class Magnetics(Strict):
                 return (
                     f"{where} steel part {part.name!r}; allowed: at least its element size, {part.element_size_m:g} m"
                 )
-        for dipole in (*self.permanent, *self.hinged):
+        for dipole in self._dipoles:
             distance = math.dist(place, dipole.position_m)
             if distance < DIPOLE_CLEARANCE_M:
                 return f"{distance:.3g} m from dipole {dipole.name!r}; allowed: at least {DIPOLE_CLEARANCE_M:g} m"

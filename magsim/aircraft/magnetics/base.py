@@ -5,9 +5,10 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-from magsim.config import Strict, Vector
+from magsim.config import Vector
 
 Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
 Source = Annotated[str, Field(min_length=4, description="where the numbers come from, or 'estimate: ...'")]
 
 
@@ -26,15 +27,9 @@ def unit(value: Vector) -> Vector:
     return value
 
 
-def _as_tuple(value: object) -> object:
+def as_tuple(value: object) -> object:
+    """A list as a tuple, for strict tuples in TOML."""
     return tuple(value) if isinstance(value, list) else value
 
 
-Vertices = Annotated[tuple[Vector, ...], BeforeValidator(_as_tuple), Field(min_length=3)]
-
-
-class Mount(Strict):
-    """A place for a sensor."""
-
-    position_m: Vector
-    source: Source
+Vertices = Annotated[tuple[Vector, ...], BeforeValidator(as_tuple), Field(min_length=3)]
