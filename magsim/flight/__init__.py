@@ -16,11 +16,11 @@ from magsim.earth.grid import grid_turn
 from magsim.errors import DataError, RequestError
 from magsim.flight.air import weather_of
 from magsim.flight.calibration import check_reach, close_joints, loop_response, own_calibration
-from magsim.flight.drape import HeightPlan, drape_notes, plan_drape
+from magsim.flight.drape import HeightPlan, drape_notes, plan_path
 from magsim.flight.elements import Element, length_of
 from magsim.flight.flaps import check_legs, runs_of
 from magsim.flight.guidance import TICK_HZ
-from magsim.flight.maneuvers import UNITY, measure
+from magsim.flight.maneuvers import UNITY, LoopResponse, measure
 from magsim.flight.outcome import amplitude_notes, check_sweeps, pattern_notes, segments_of
 from magsim.flight.patterns import LocalPlane, path_of
 from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock, planned_sweeps
@@ -33,7 +33,17 @@ from magsim.flight.plant import (
 from magsim.flight.rates import integrators_for, log_rate_hz
 from magsim.flight.track import fly_track
 from magsim.flight.watch import Watch
-from magsim.scenario import LogShear, Scenario, Survey, Track, TrackLog, ground_of, legs_allowed, needed_s, parts_of
+from magsim.scenario import (
+    LogShear,
+    PatternBase,
+    Scenario,
+    Track,
+    TrackLog,
+    ground_of,
+    legs_allowed,
+    needed_s,
+    parts_of,
+)
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -90,12 +100,12 @@ def fly(
     _check_wind(scenario, path)
     check_legs(scenario.flight.flaps, path, _flying_time(scenario, path))
     parts = parts_of(scenario.pattern)
-    response, sweeps = UNITY, planned_sweeps(path, parts, setup)
-    if sweeps:
-        axes = tuple(dict.fromkeys(sweep.axis for sweep in sweeps))
-        response = loop_response(aircraft.facts, axes, setup)
-        check_reach(sweeps, response, aircraft.facts, setup)
-        response = close_joints(aircraft.facts, setup, response, own_calibration(sweeps, response))
+    # Swings are calibrated at the height of each part.
+    setups = [replace(setup, alt_m=part.height_m(scenario.start.alt_m) or setup.alt_m) for part in parts]
+    responses = [
+        _calibrated(aircraft.facts, at, [element for element in path if element.label.part == number], parts)
+        for number, at in enumerate(setups)
+    ]
     warmup_s = scenario.flight.warmup_s
     log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
@@ -106,7 +116,7 @@ def fly(
         path=path,
         along_m=-warmup_s * first_speed,
         log_hz=log_hz,
-        response=response,
+        response=responses,
         parts=parts,
         ground=ground,
         watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
@@ -121,7 +131,22 @@ def fly(
         raise DataError(error.told(error.time_s - warmup_s)) from None
     if progress is not None:
         progress(1.0)
-    return _flight(scenario, aircraft, pilot, log, response=response.arrays() if sweeps else {}, ground=ground)
+    return _flight(scenario, aircraft, pilot, log, response=_told(responses), ground=ground)
+
+
+def _calibrated(facts: Facts, setup: Setup, path: Sequence[Element], parts: Sequence[PatternBase]) -> LoopResponse:
+    """What the loops make of the swings of a part of the path, at its height."""
+    sweeps = planned_sweeps(path, parts, setup)
+    if not sweeps:
+        return UNITY
+    response = loop_response(facts, tuple(dict.fromkeys(sweep.axis for sweep in sweeps)), setup)
+    check_reach(sweeps, response, facts, setup)
+    return close_joints(facts, setup, response, own_calibration(sweeps, response))
+
+
+def _told(responses: Sequence[LoopResponse]) -> dict[str, np.ndarray]:
+    """The first response that was measured, for the notes."""
+    return next((response.arrays() for response in responses if response is not UNITY), {})
 
 
 def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, ground: Ground | None) -> Flight:
@@ -153,20 +178,19 @@ def _plan(
     before = path[0].at(-before_m)
     lat, lon = plane.geodetic(before.north_m, before.east_m)
     below = 0.0 if ground is None else float(ground.height(np.array(lat), np.array(lon)))
-    heights, alt_m = None, start.alt_m
-    if isinstance(scenario.pattern, Survey) and scenario.pattern.drape_m is not None and ground is not None:
-        heights = plan_drape(
-            path,
-            plane,
-            ground,
-            drape_m=scenario.pattern.drape_m,
-            slope=scenario.pattern.climb_slope,
-            speed_mps=fastest,
-            before_m=before_m,
-            after_m=2.0 * MARGIN_S * fastest,
-            ceiling_m=facts.limits.ceiling.value,
-        )
-        alt_m = heights.at(-before_m)
+    heights = plan_path(
+        path,
+        parts_of(scenario.pattern),
+        plane,
+        ground,
+        alt_m=start.alt_m,
+        climb_mps=facts.autopilot.climb_limit.value,
+        speed_mps=fastest,
+        before_m=before_m,
+        after_m=2.0 * MARGIN_S * fastest,
+        ceiling_m=facts.limits.ceiling.value,
+    )
+    alt_m = start.alt_m if heights is None else heights.at(-before_m)
     if below >= alt_m:
         msg = (
             f"start.alt_m: {start.alt_m:g} m is not above the ground where the flight begins, {below:.1f} m above the "
@@ -286,7 +310,7 @@ def _flight(
     segments = segments_of(crossings, pilot.path, zero, end, carrier)
     sweeps = [on_clock(sweep, zero) for sweep in pilot.sweeps]
     check_sweeps(sweeps, segments)
-    maneuvers = tuple(measure(sweep, carrier)[0] for sweep in sweeps)
+    maneuvers, parts = tuple(measure(sweep, carrier)[0] for sweep in sweeps), parts_of(scenario.pattern)
     return Flight(
         carrier=carrier,
         duration_s=duration,
@@ -309,6 +333,6 @@ def _flight(
             **pattern_notes(scenario, pilot.path, carrier, segments, sweeps),
             **amplitude_notes(maneuvers),
             "flap_runs": runs_of(log.time_s, log["flap"]),
-            **drape_notes(pilot.planned, zero, segments, carrier, ground),
+            **drape_notes(pilot.planned, zero, segments, carrier, ground=ground, parts=parts),
         },
     )

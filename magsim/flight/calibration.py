@@ -243,7 +243,7 @@ def _fly(facts: Facts, setup: Setup, sweeps: Sequence[Sweep], response: LoopResp
         path=(line,),
         along_m=0.0,
         log_hz=LOG_HZ,
-        response=response,
+        response=(response,),
         sweeps=sweeps,
     )
     return pilot.fly(lambda p: p.plant.time_s >= stop_s)

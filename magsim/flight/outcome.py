@@ -68,7 +68,7 @@ def pattern_notes(
         if part.quiet_around_center_s is not None:
             for segment in own:
                 if not segment.turn:
-                    passes.append(_pass(carrier, plane, segment, part, start.alt_m))
+                    passes.append(_pass(carrier, plane, segment, part, part.alt_m or start.alt_m))
                     check_quiet(passes[-1], sweeps, part.quiet_around_center_s)
         circuits += part.circuits
     if closures:

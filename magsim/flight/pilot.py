@@ -121,8 +121,8 @@ class Pilot:
     along_m : float
         Where on the path's first element the plant begins, negative before it.
     log_hz : int
-    response : LoopResponse
-        What the loops make of a sine; the generators are asked for its inverse.
+    response : sequence of LoopResponse
+        What the loops make of a sine in each part; the generators are asked for its inverse.
     parts : sequence of PatternBase
         Whose maneuvers are flown on the legs, by the part that an element belongs to.
     sweeps : sequence of Sweep
@@ -152,7 +152,7 @@ class Pilot:
         path: Sequence[Element],
         along_m: float,
         log_hz: int,
-        response: LoopResponse,
+        response: Sequence[LoopResponse],
         parts: Sequence[PatternBase] = (),
         sweeps: Sequence[Sweep] = (),
         ground: Ground | None = None,
@@ -166,14 +166,15 @@ class Pilot:
         self._before_m = [0.0, *accumulate(element.length_m for element in path)]
         self.planned: list[tuple[float, float]] = []
         self.plant = Plant(facts, setup)
-        most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(setup.alt_m), LIFT_PART)
+        highest_m = setup.alt_m if heights is None else float(heights.height_m.max())
+        most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(highest_m), LIFT_PART)
         self.guidance = Guidance(path, facts, along_m, most_bank)
         self.sweeps: list[Sweep] = list(sweeps)
-        self._waiting: list[Sweep] = list(sweeps)
+        self._waiting: list[tuple[Sweep, LoopResponse]] = [(sweep, response[0]) for sweep in sweeps]
         self._flying: list[Sweep] = []
         self.path: Sequence[Element] = path
         self._plane, self._parts, self._setup = plane, tuple(parts), setup
-        self._response = response
+        self._responses = tuple(response)
         self.log_hz = log_hz
         self._steps_per_row = setup.step_hz // log_hz
         self._rows = array("d", self.plant.row)
@@ -293,13 +294,16 @@ class Pilot:
                 continue
             planned = _sweeps_on(element, self._parts, self._setup, crossing.time_s)
             self.sweeps += planned
-            self._waiting += planned
+            self._waiting += [(sweep, self._responses[element.label.part]) for sweep in planned]
 
     def _start_sweeps(self, time_s: float) -> None:
         """Hand a train to its generator on the last tick before it begins to rise."""
-        while self._waiting and self._waiting[0].start_s - self._waiting[0].ease_in_s < time_s + 1.0 / TICK_HZ:
-            sweep = self._waiting.pop(0)
-            drive = self._response.drive(sweep)
+        while self._waiting:
+            sweep, response = self._waiting[0]
+            if sweep.start_s - sweep.ease_in_s >= time_s + 1.0 / TICK_HZ:
+                return
+            del self._waiting[0]
+            drive = response.drive(sweep)
             names, command = Sine(sweep.axis), self.plant.command
             offset = self.plant.clock_s - self.plant.time_s
             command(names["omega-rad_sec"], sweep.omega)

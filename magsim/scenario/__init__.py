@@ -41,6 +41,7 @@ from magsim.scenario.patterns import (
     Survey,
     check_pattern,
     check_surveys,
+    heights_of,
     legs_allowed,
     needed_s,
     parts_of,
@@ -106,6 +107,7 @@ __all__ = [
     "TrackLog",
     "Train",
     "ground_of",
+    "heights_of",
     "legs_allowed",
     "load_scenario",
     "needed_s",
@@ -170,7 +172,7 @@ class Scenario(Strict):
         if start and pattern and flight.flaps:
             if isinstance(pattern, Track):
                 raise Problems(("flaps", "a logged track has the flaps of its file; allowed: none"))
-            checked = {"speed_mps": start.speed_mps, "alt_m": start.alt_m}
+            checked = {"speed_mps": start.speed_mps, "alt_m": min(heights_of(pattern, start))}
             reach = {"circuits": pattern.circuits, "legs": pattern.legs}
             found = [*check_moves(flight.flaps, aircraft_of(info), **checked, **reach)]
             if found:
@@ -188,8 +190,10 @@ class Scenario(Strict):
     @field_validator("air")
     @classmethod
     def _slower_than_flight(cls, air: Air, info: ValidationInfo) -> Air:
-        start = info.data.get("start")
-        found = [*check_wind(air, start)] if start else []
+        start, pattern = info.data.get("start"), info.data.get("pattern")
+        legs = pattern and not isinstance(pattern, Track)
+        heights = heights_of(pattern, start) if start and legs else ()
+        found = [*check_wind(air, start, heights)] if start else []
         if found:
             raise Problems(*found)
         return air

@@ -5,7 +5,7 @@ start; shear says what it is at other heights.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
@@ -121,9 +121,10 @@ def wind_at(air: Air, start: Start, alt_m: float, ground_m: float = 0.0) -> tupl
     return north, east
 
 
-def check_wind(air: Air, start: Start) -> Iterator[tuple[str, str]]:
-    """The wind must leave a motion over ground on every course."""
-    heights = (start.alt_m, max(0.0, start.alt_m - REACH_M), start.alt_m + REACH_M)
+def check_wind(air: Air, start: Start, also_m: Sequence[float] = ()) -> Iterator[tuple[str, str]]:
+    """The wind must leave a motion over ground on every course, at the start's height and at others."""
+    flown = (start.alt_m, *also_m)
+    heights = (*flown, max(0.0, min(flown) - REACH_M), max(flown) + REACH_M)
     steady, height = max((math.hypot(*wind_at(air, start, height)), height) for height in heights)
     at_start = math.hypot(*air.wind_mps)
     gust = air.strongest_gust_mps()

@@ -38,6 +38,9 @@ class PatternBase(Strict):
     heading_deg: float | None = Field(
         default=None, ge=0.0, lt=360.0, description="course of the first leg; else start.heading_deg"
     )
+    alt_m: float | None = Field(
+        default=None, gt=0.0, description="height above the ellipsoid of a part of a sequence; else start.alt_m"
+    )
     allow_beyond_crew_g: bool = Field(
         default=False, description="let pitch maneuvers leave the loads that a crew flies, up to those of the airframe"
     )
@@ -50,6 +53,19 @@ class PatternBase(Strict):
     def course(self, start: Start) -> float:
         """Course of the first leg [deg]."""
         return start.heading_deg if self.heading_deg is None else self.heading_deg
+
+    def height_m(self, start_m: float) -> float | None:
+        """Height [m] at which it is flown if the start's is another one; None where it follows the ground."""
+        return start_m if self.alt_m is None else self.alt_m
+
+    @field_validator("alt_m")
+    @classmethod
+    def _under_ceiling(cls, value: float | None, info: ValidationInfo) -> float | None:
+        aircraft = aircraft_of(info)
+        if aircraft and value is not None and value > aircraft.limits.alt_m:
+            msg = f"{value:g} m is above the ceiling of {aircraft.name}; allowed: up to {aircraft.limits.alt_m:g}"
+            raise ValueError(msg)
+        return value
 
     @field_validator("bank_deg")
     @classmethod
@@ -251,6 +267,10 @@ class Survey(PatternBase):
         default=0.03, ge=0.005, le=0.2, description="steepest planned climb and descent, height over distance"
     )
 
+    def height_m(self, start_m: float) -> float | None:
+        """None where it is draped."""
+        return super().height_m(start_m) if self.drape_m is None else None
+
     @property
     def maneuvers(self) -> tuple[()]:
         """A survey has none; a sequence can fly them before it."""
@@ -304,19 +324,28 @@ def parts_of(pattern: PatternBase | Sequence) -> tuple[PatternBase, ...]:
     return pattern.parts if isinstance(pattern, Sequence) else (pattern,)
 
 
+def heights_of(pattern: PatternBase | Sequence, start: Start) -> tuple[float, ...]:
+    """Heights of the level parts of a flight, with that of the start [m]."""
+    heights = [part.height_m(start.alt_m) for part in parts_of(pattern)]
+    return (start.alt_m, *(height for height in heights if height is not None))
+
+
 def check_pattern(
     pattern: PatternBase | Sequence, start: Start, aircraft: "Aircraft | None"
 ) -> Iterator[tuple[str, str]]:
     """Problems of a pattern: key within it, and text."""
     for number, part in enumerate(parts_of(pattern)):
         prefix = f"parts[{number}]." if isinstance(pattern, Sequence) else ""
+        if not number and part.alt_m not in (None, start.alt_m):
+            text = f"{part.alt_m:g} m, but the flight begins with this pattern; allowed: start.alt_m, {start.alt_m:g}"
+            yield prefix + "alt_m", text
         for check in (check_course(part, start), check_fit(part, start), check_loads(part, start, aircraft)):
             for key, text in check:
                 yield prefix + key, text
 
 
 def check_surveys(pattern: PatternBase | Sequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
-    """Tie lines must cross the lines; a drape needs the ground, and the flight for itself."""
+    """Tie lines must cross the lines; a drape needs the ground."""
     for number, part in enumerate(parts_of(pattern)):
         if not isinstance(part, Survey):
             continue
@@ -333,8 +362,8 @@ def check_surveys(pattern: PatternBase | Sequence, *, has_ground: bool) -> Itera
             yield f"{prefix}tie_overlap_m", text
         if part.drape_m is not None and not has_ground:
             yield f"{prefix}drape_m", "a drape needs the ground; allowed: with a table [terrain]"
-        if part.drape_m is not None and isinstance(pattern, Sequence):
-            yield f"{prefix}drape_m", "a draped survey cannot be part of a sequence; allowed: as a flight of its own"
+        if part.drape_m is not None and part.alt_m is not None:
+            yield f"{prefix}alt_m", "a draped survey follows the ground; allowed: drape_m or alt_m"
 
 
 def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:

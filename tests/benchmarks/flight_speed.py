@@ -107,7 +107,7 @@ def pilot_of(aircraft: Aircraft, setup: Setup, log_hz: int, sweeps: list[Sweep])
     path = path_of(Box(leg_m=6000.0), math.degrees(setup.course), setup.speed_mps, 4.0)
     plane = LocalPlane(setup.lat_rad, setup.lon_rad, setup.alt_m)
     return Pilot(
-        aircraft.facts, setup, plane=plane, path=path, along_m=0.0, log_hz=log_hz, response=UNITY, sweeps=sweeps
+        aircraft.facts, setup, plane=plane, path=path, along_m=0.0, log_hz=log_hz, response=(UNITY,), sweeps=sweeps
     )
 
 

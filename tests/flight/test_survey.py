@@ -189,11 +189,11 @@ def test_wrong_settings(overrides: list[str], told: str):
     assert told in str(caught.value)
 
 
-def test_a_drape_needs_ground_and_a_flight_of_its_own(scenario_of: ScenarioOf):
+def test_a_drape_needs_ground_and_no_height(scenario_of: ScenarioOf):
     with pytest.raises(ValueError, match="a drape needs the ground"):
         scenario_of(DRAPE)
-    with pytest.raises(ValueError, match="cannot be part of a sequence"):
-        scenario_of({"kind": "sequence", "parts": [DRAPE]}, terrain=HILLS)
+    with pytest.raises(ValueError, match=r"a draped survey follows the ground; allowed: drape_m or alt_m"):
+        scenario_of({"kind": "sequence", "parts": [LEVEL, DRAPE | {"alt_m": 900.0}]}, terrain=HILLS)
 
 
 def test_a_survey_after_a_box(cessna: Aircraft, scenario_of: ScenarioOf):
