@@ -99,6 +99,7 @@ INS_ATTITUDE = Family(
 INS_VELOCITY = Family("ins_v{direction}_mps", "input", "m/s", "n", "Velocity from the INS: n north, e east, d down")
 INS_ALTITUDE = Family("ins_alt_m", "input", "m", "", "Height above the WGS-84 ellipsoid from the INS")
 RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground by the radar altimeter; -1 without echo")
+BASE = Family("base_{sensor}_nt", "input", "nT", "", "Reading of a base station, a scalar magnetometer on the ground")
 SURFACE = Family("surface_{surface}_deg", "input", "deg", "", "Deflection of a control surface about its hinge")
 
 INTERFERENCE = Family(
@@ -112,6 +113,9 @@ CLEAN = Family("clean_{sensor}_nt", "truth", "nT", "", "Background field at the 
 TOTAL = Family("total_{sensor}_nt", "truth", "nT", "", "Whole field at the sensor without instrument errors, norm")
 ERROR = Family("error_{sensor}_nt", "truth", "nT", "", "Instrument error of a scalar magnetometer: reading minus norm")
 PART = Family("{component}_{sensor}_{axis}_nt", "truth", "nT", "b", "One part of the field at a sensor, body axes")
+TRUE_BASE = Family(
+    "true_base_{sensor}_nt", "truth", "nT", "", "Field at the base station without instrument error, norm"
+)
 TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude, WGS-84 position; heading in [0, 360)")
 TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
 TRUE_VELOCITY = Family("true_v{direction}_mps", "truth", "m/s", "n", "True velocity: n north, e east, d down")
@@ -139,6 +143,7 @@ FAMILIES: tuple[Family, ...] = (
     INS_VELOCITY,
     INS_ALTITUDE,
     RADAR,
+    BASE,
     SURFACE,
     INTERFERENCE,
     PROJECTION,
@@ -146,6 +151,7 @@ FAMILIES: tuple[Family, ...] = (
     TOTAL,
     ERROR,
     PART,
+    TRUE_BASE,
     TRUE_ATTITUDE,
     TRUE_RATE,
     TRUE_VELOCITY,

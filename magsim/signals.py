@@ -1,8 +1,9 @@
-"""Filters and derivatives that everyone shares: pure functions of evenly sampled arrays.
+"""Filters, derivatives and drift that everyone shares: pure functions of evenly sampled arrays.
 
 Time runs along the first axis; further axes are columns. Sampling rates are in Hz.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -232,3 +233,29 @@ class Decimator:
         start, stop = first - self.half, first + (rows - 1) * self.factor + self.half + 1
         windows = np.lib.stride_tricks.sliding_window_view(values[start:stop], len(self.taps))
         return np.einsum("nk,k->n", windows[:: self.factor], self.taps)
+
+
+def gauss_markov(
+    rng: np.random.Generator, shape: tuple[int, ...], sigma: float, correlation_s: float, rate_hz: float
+) -> np.ndarray:
+    """First-order Gauss-Markov process, discretized exactly and begun in its stationary state.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    shape : tuple of int
+        Time along the first axis.
+    sigma : float
+        Standard deviation at every instant.
+    correlation_s : float [s]
+        Autocorrelation is ``sigma^2 exp(-|t| / correlation_s)``.
+    rate_hz : float [Hz]
+
+    Returns
+    -------
+    shape
+    """
+    step = 1.0 / (rate_hz * correlation_s)
+    drive = rng.standard_normal(shape) * (sigma * math.sqrt(-math.expm1(-2.0 * step)))
+    drive[0] /= math.sqrt(-math.expm1(-2.0 * step))
+    return signal.lfilter([1.0], [1.0, -math.exp(-step)], drive, axis=0)

@@ -10,11 +10,13 @@ import magsim
 from magsim import columns
 from magsim.errors import DataError
 from magsim.field import compute_field
+from magsim.field.station import station_field
 from magsim.flight import fly
 from magsim.recording import Recording
 from magsim.scenario import LoadedScenario, RecordingSettings
 from magsim.sensors import (
     Acquisition,
+    base_columns,
     fluxgate_columns,
     ground_columns,
     ins_columns,
@@ -99,6 +101,10 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
         data |= scalar_columns(sensor, truth, acquisition, seed)
     for sensor in scenario.sensors.fluxgate:
         data |= fluxgate_columns(sensor, truth, acquisition, seed)
+    base = scenario.sensors.base
+    if base is not None:
+        field_n = station_field(base, scenario, loaded.ground, truth.time_s)
+        data |= base_columns(base, truth.time_s, field_n, acquisition, seed)
     data |= ins_columns(scenario.sensors.ins, path, settings.rate_hz, seed)
     data |= true_columns(path)
     if loaded.ground is not None:

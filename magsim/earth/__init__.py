@@ -1,6 +1,7 @@
 """The Earth as everyone may know it: the WGS-84 ellipsoid and the IGRF main field."""
 
 from magsim.earth.igrf import decimal_year, decimal_years, igrf
+from magsim.earth.local import LocalFrame
 from magsim.earth.wgs84 import (
     ecef_from_geodetic,
     geodetic_from_ecef,
@@ -11,6 +12,7 @@ from magsim.earth.wgs84 import (
 )
 
 __all__ = [
+    "LocalFrame",
     "decimal_year",
     "decimal_years",
     "ecef_from_geodetic",

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
-from magsim.field import flex, main_field, memory, metal, rotors
+from magsim.field import crust, flex, main_field, memory, metal, rotors, targets, variation
 from magsim.field.response import AircraftResponse, load_response, response_at
 from magsim.field.situation import Situation
 from magsim.scenario import Scenario
@@ -21,6 +21,9 @@ Maker = Callable[[Situation], np.ndarray | None]
 
 MAKERS: Mapping[str, Maker] = {
     "earth": main_field.earth,
+    "crust": crust.crust,
+    "target": targets.target,
+    "variation": variation.variation,
     "permanent": metal.permanent,
     "hinged": metal.hinged,
     "propeller": rotors.propeller,

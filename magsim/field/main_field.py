@@ -1,10 +1,14 @@
 """The Earth's main field along a flight, at each sensor's own place."""
 
+from datetime import timedelta
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth import decimal_year, decimal_years, igrf
 from magsim.earth.grid import grid_turn_of, rot_level
+from magsim.earth.igrf import igrf14
+from magsim.errors import DataError
 from magsim.field.situation import Situation
 from magsim.frames import rotate, rotate_back
 from magsim.scenario import Scenario
@@ -15,6 +19,27 @@ KNOT_HZ = 8.0
 
 At 75 m/s a knot every 10 m: the field follows the path, 0.02 nT a meter, not the attitude.
 """
+
+
+def years_of(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
+    """Decimal years of times counted from row 0, (n,).
+
+    Raises
+    ------
+    DataError
+        If the flight, with the run-in of the filters at both ends, leaves the years of IGRF-14.
+    """
+    start = scenario.start.time_utc
+    year, epochs = decimal_years(start, time_s), igrf14().epochs
+    for value, over, what in ((year[0], year[0] < epochs[0], "begins"), (year[-1], year[-1] > epochs[-1], "ends")):
+        if over:
+            at = start + timedelta(seconds=float(time_s[0] if what == "begins" else time_s[-1]))
+            msg = (
+                f"start.time_utc: the flight {what} at {at:%Y-%m-%d %H:%M:%S} UTC, decimal year {value:.6f}, run-in of "
+                f"filters included; allowed: IGRF-14 covers {epochs[0]:g} to {epochs[-1]:g}"
+            )
+            raise DataError(msg)
+    return year
 
 
 def earth_along(
@@ -40,7 +65,7 @@ def earth_along(
     count = max(8, int(np.ceil((time_s[-1] - time_s[0]) * knot_hz)) + 1)
     knots = np.linspace(time_s[0], time_s[-1], count)
     path = carrier.at(knots)
-    year = decimal_years(scenario.start.time_utc, knots)
+    year = years_of(scenario, knots)
     field, gradient = igrf(path.lat_rad, path.lon_rad, path.alt_m, year, gradient=True)
     grid = grid_turn_of(path.lat_rad)
     if grid:

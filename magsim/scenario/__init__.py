@@ -22,7 +22,17 @@ from magsim.errors import RequestError
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts, check_wind
 from magsim.scenario.base import aircraft_of
 from magsim.scenario.flaps import FlapMove, check_moves
-from magsim.scenario.instruments import FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
+from magsim.scenario.geology import (
+    Crust,
+    DipoleTarget,
+    PrismTarget,
+    SphereTarget,
+    Target,
+    check_crust,
+    check_targets,
+    shortest_crust_m,
+)
+from magsim.scenario.instruments import BaseStation, FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
 from magsim.scenario.loading import Loading
 from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Planned, Swing, Train, schedule
 from magsim.scenario.patterns import (
@@ -50,20 +60,25 @@ from magsim.scenario.patterns import (
     Sequence as PatternSequence,
 )
 from magsim.scenario.physics import Earth, Eddy, Field_, Part
+from magsim.scenario.place import Place
 from magsim.scenario.start import FlightSettings, Start
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
 from magsim.scenario.track import Track, check_track
 from magsim.scenario.tracklog import TrackLog, TrackProblemsError, read_track, start_of
+from magsim.scenario.variation import Variation
 from magsim.terrain import Grid, Ground
 
 __all__ = [
     "LEGS",
     "Air",
+    "BaseStation",
     "Box",
     "Centered",
     "Cloverleaf",
     "Combined",
+    "Crust",
     "Diamond",
+    "DipoleTarget",
     "Earth",
     "Eddy",
     "Field_",
@@ -89,7 +104,9 @@ __all__ = [
     "PatternBase",
     "PatternSequence",
     "PhasedSwing",
+    "Place",
     "Planned",
+    "PrismTarget",
     "Radar",
     "RandomGusts",
     "RecordingSettings",
@@ -97,15 +114,18 @@ __all__ = [
     "Scenario",
     "Sensor",
     "Sensors",
+    "SphereTarget",
     "Square",
     "Start",
     "StraightLine",
     "Survey",
     "Swing",
+    "Target",
     "Terrain",
     "Track",
     "TrackLog",
     "Train",
+    "Variation",
     "ground_of",
     "heights_of",
     "legs_allowed",
@@ -113,6 +133,7 @@ __all__ = [
     "needed_s",
     "parts_of",
     "schedule",
+    "shortest_crust_m",
 ]
 
 Pattern = Annotated[
@@ -197,6 +218,17 @@ class Scenario(Strict):
         if found:
             raise Problems(*found)
         return air
+
+    @field_validator("field")
+    @classmethod
+    def _geology_in_band(cls, field: Field_, info: ValidationInfo) -> Field_:
+        start, air = info.data.get("start"), info.data.get("air")
+        found = [("targets" + key, text) for key, text in check_targets(field.targets)]
+        if field.crust and start and air:
+            found += [(f"crust.{key}", text) for key, text in check_crust(field.crust, start, air)]
+        if found:
+            raise Problems(*found)
+        return field
 
     @field_validator("recording")
     @classmethod

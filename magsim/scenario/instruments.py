@@ -1,9 +1,10 @@
-"""The instruments on board."""
+"""The instruments on board, and the base station on the ground."""
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.config import Name, Strict, Vector
 from magsim.scenario.base import NonNegative, Positive, aircraft_of
+from magsim.scenario.place import Place
 
 
 class Sensor(Strict):
@@ -64,13 +65,24 @@ class Radar(Strict):
     )
 
 
+class BaseStation(Place):
+    """A scalar magnetometer that stays on the ground; without a place it stands at the start point."""
+
+    name: Name = "ground"
+    height_m: NonNegative = Field(default=2.0, le=1000.0, description="above the ground")
+    noise_nt_rthz: NonNegative = Field(default=0.01, description="white noise density")
+    rate_hz: float = Field(default=1.0, ge=0.5, le=10.0, description="readings a second, joined by straight lines")
+    delay_s: float = Field(default=0.0, ge=-2.0, le=2.0, description="its clock tags readings so much too late")
+
+
 class Sensors(Strict):
-    """All instruments on board."""
+    """All instruments."""
 
     scalar: tuple[ScalarSensor, ...] = Field(min_length=1, strict=False)
     fluxgate: tuple[FluxgateSensor, ...] = Field(default=(), strict=False)
     ins: Ins = Ins()
     radar: Radar | None = Field(default=None, description="needs [terrain]")
+    base: BaseStation | None = Field(default=None, description="on the ground, for the diurnal correction")
 
     @field_validator("scalar", "fluxgate")
     @classmethod

@@ -6,6 +6,8 @@ from pydantic import Field
 
 from magsim.aircraft.magnetics import Surface
 from magsim.config import Strict
+from magsim.scenario.geology import Crust, Target
+from magsim.scenario.variation import Variation
 
 
 class Earth(Strict):
@@ -60,6 +62,9 @@ class Field_(Strict):
     """Which physics is on."""
 
     earth: Earth = Earth()
+    crust: Crust | None = Field(default=None, description="random geology")
+    targets: tuple[Target, ...] = Field(default=(), strict=False, max_length=200, description="bodies in the ground")
+    variation: Variation | None = Field(default=None, description="daily variation, pulsations, drift")
     permanent: Part = Part()
     hinged: Hinged = Hinged()
     propeller: Part = Part()
@@ -70,4 +75,7 @@ class Field_(Strict):
 
     def is_on(self, name: str) -> bool:
         """Whether the part of that name is switched on; the main field always is."""
-        return name == "earth" or getattr(self, name).enabled
+        if name in {"earth", "target"}:
+            return name == "earth" or bool(self.targets)
+        part = getattr(self, name)
+        return part is not None and part.enabled

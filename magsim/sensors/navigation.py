@@ -11,7 +11,7 @@ from magsim import columns
 from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.frames import rotate_back, wrap_pi
 from magsim.scenario import Ins
-from magsim.sensors.noise import gauss_markov
+from magsim.signals import gauss_markov
 from magsim.streams import stream
 from magsim.trajectory import Trajectory
 

@@ -3,8 +3,8 @@ import pytest
 from scipy import signal
 
 from magsim import signals
-from magsim.sensors.noise import gauss_markov, white_noise
-from magsim.signals import Decimator
+from magsim.sensors.noise import white_noise
+from magsim.signals import Decimator, gauss_markov
 from magsim.streams import stream
 
 

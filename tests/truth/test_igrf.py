@@ -70,8 +70,7 @@ def wmm_tables() -> list:
     return tables
 
 
-@pytest.fixture(scope="module")
-def wmm2025() -> Model:
+def read_wmm2025() -> Model:
     """WMM2025 from the coefficient file in pygeomag's wheel, as two epochs five years apart."""
     path = Path(pygeomag.__file__).parent / "wmm" / "WMM_2025.COF"
     rows = [line.split() for line in path.read_text().splitlines()[1:] if not line.startswith("9999")]
@@ -82,6 +81,11 @@ def wmm2025() -> Model:
         g[at], h[at], dg[at], dh[at] = (float(v) for v in row[2:6])
     ends = [harmonics.complex_coefficients(g + years * dg, h + years * dh) for years in (0.0, 5.0)]
     return Model("WMM2025", np.array([2025.0, 2030.0]), np.array(ends))
+
+
+@pytest.fixture(scope="module")
+def wmm2025() -> Model:
+    return read_wmm2025()
 
 
 def random_places(n: int, seed: int = 1) -> tuple[np.ndarray, ...]:

@@ -1,0 +1,67 @@
+"""The base station: a scalar magnetometer on the ground with a clock and a rate of its own."""
+
+import math
+
+import numpy as np
+
+from magsim import columns
+from magsim.scenario import BaseStation
+from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.noise import white_noise
+from magsim.sensors.scalar import norm
+from magsim.streams import stream
+
+
+def measure(
+    time_s: np.ndarray, total_nt: np.ndarray, station: BaseStation, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Readings of the station.
+
+    Parameters
+    ----------
+    time_s : (n,) [s]
+    total_nt : (n,) [nT]
+        Length of the field there.
+    station : BaseStation
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    tag_s : (m,) [s]
+        Times that the station's clock says, ``delay_s`` after the instants of the readings.
+    reading_nt : (m,) [nT]
+        At whole multiples of its sampling interval, from the first to the last inside of ``time_s``.
+    """
+    first, last = math.ceil(time_s[0] * station.rate_hz - 1e-9), math.floor(time_s[-1] * station.rate_hz + 1e-9)
+    instant = np.arange(first, last + 1) / station.rate_hz
+    noise = white_noise(rng, instant.shape, station.noise_nt_rthz, station.rate_hz)
+    return instant + station.delay_s, np.interp(instant, time_s, total_nt) + noise
+
+
+def base_columns(
+    station: BaseStation, time_s: np.ndarray, field_n: np.ndarray, acquisition: Acquisition, seed: int
+) -> dict[str, np.ndarray]:
+    """Reading and truth of a base station.
+
+    Parameters
+    ----------
+    station : BaseStation
+    time_s : (n,) [s]
+        At the simulation rate, with the run-in of the filter on both sides.
+    field_n : (n, 3) [nT]
+        The field at the station.
+    acquisition : Acquisition
+    seed : int
+
+    Returns
+    -------
+    dict of str to (rows,) [nT]
+        ``base``: straight lines between the readings; ``true_base``: the length of the field at the rows, filtered as
+        the magnetometers on board are.
+    """
+    total = norm(field_n)
+    tag_s, reading = measure(time_s, total, station, stream(seed, f"base/{station.name}/noise"))
+    return {
+        columns.BASE.name(sensor=station.name): np.interp(acquisition.time_s, tag_s, reading),
+        columns.TRUE_BASE.name(sensor=station.name): acquisition(total),
+    }
