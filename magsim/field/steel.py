@@ -212,7 +212,7 @@ def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> Surface:
 
 
 def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
-    """A part as the solver wants it.
+    """A part as the solver wants it. Its line may have led it through itself.
 
     Raises
     ------
@@ -225,10 +225,12 @@ def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
         return Body(surface, chi) if part.thickness_m is None else Sheet(surface, part.thickness_m, chi)
     if isinstance(part, Bar | Cylinder | Loft):
         mesh = _solid(part)
-        boundary(mesh)
+        walls = boundary(mesh)
+        if isinstance(part, Loft):
+            check_surface(Surface(mesh.vertices, walls), closed=True)
         return Solid(mesh, chi)
     surface = _sheet_surface(part)
-    if not isinstance(part, BoxSheet | Plate):  # a line may lead a part through itself
+    if not isinstance(part, BoxSheet | Plate):
         check_surface(surface, closed=False)
     return Sheet(surface, part.thickness_m, chi)
 

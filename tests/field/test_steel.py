@@ -204,6 +204,7 @@ class TestObstacles:
         assert wall == "0.02 m from steel part 'tank'; allowed: at least 0.05 m, 0.5 elements of its mesh there"
 
 
+KNOT = [[0.0, 3.0, 0.0], [1.0, 3.0, 0.0], [1.0, 4.0, 0.0], [0.5, 4.0, 0.0], [0.5, 2.5, 0.02]]
 BAD_PARTS = {
     "touching": ([TANK, TANK | {"name": "twin"}], r"steel parts 'tank' and 'twin' touch or cross at \("),
     "crossing": (
@@ -224,6 +225,21 @@ BAD_PARTS = {
             BALLAST | {"name": "core", "size_m": [0.1, 0.1, 0.1]},
         ],
         "steel part 'core' lies inside steel part 'ballast'",
+    ),
+    "loft through itself": (
+        [
+            LEG
+            | {"across": [0.0, 0.0, 1.0], "sections": [{"center_m": center, "size_m": [0.1, 0.1]} for center in KNOT]}
+        ],
+        r"steel part 'gear_leg' crosses or touches itself near \(",
+    ),
+    "tube through itself": (
+        [MOUNT | {"points_m": KNOT}],
+        r"steel part 'engine_mount' crosses or touches itself near \(",
+    ),
+    "bend sharper than the tube": (
+        [MOUNT | {"points_m": [[0.0, 3.0, 0.0], [1.0, 3.0, 0.0], [1.0, 3.01, 0.0], [0.0, 3.02, 0.0]]}],
+        r"steel part 'engine_mount' (crosses|has)",
     ),
     "too fine": (
         [FIREWALL | {"element_m": 0.02}],
