@@ -12,7 +12,7 @@ from magsim.aircraft.magnetics import (
     Bar,
     BoxSheet,
     Cylinder,
-    Dipole,
+    FixedDipole,
     Loft,
     MeshPart,
     Plate,
@@ -305,7 +305,7 @@ def check_apart(parts: Mapping[str, Part]) -> None:
                 raise RequestError(msg)
 
 
-def _solve(steel: Sequence[Steel], dipoles: Sequence[Dipole], files: Mapping[str, bytes]) -> Arrays:
+def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mapping[str, bytes]) -> Arrays:
     """Arrays of a ``SteelModel`` by name."""
     parts = steel_parts(steel, files)
     check_apart(parts)

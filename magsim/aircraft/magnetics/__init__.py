@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from magsim.aircraft.magnetics.coils import Coil
 from magsim.aircraft.magnetics.memory import Memory
 from magsim.aircraft.magnetics.mounts import FlexMode, Mount
-from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, HingedDipole, Surface
+from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, FixedDipole, HingedDipole, Surface
 from magsim.aircraft.magnetics.rotors import RotatingDipole, Rotor, check_rotors
 from magsim.aircraft.magnetics.steel import (
     Bar,
@@ -36,6 +36,7 @@ __all__ = [
     "Coil",
     "Cylinder",
     "Dipole",
+    "FixedDipole",
     "FlexMode",
     "HingedDipole",
     "Loft",
@@ -66,7 +67,7 @@ class Magnetics(Strict):
 
     datum: str = Field(min_length=4, description="the structural point that is the origin of body axes")
     mounts: dict[Name, Mount] = Field(min_length=1)
-    permanent: Annotated[tuple[Dipole, ...], Field(strict=False)] = ()
+    permanent: Annotated[tuple[FixedDipole, ...], Field(strict=False)] = ()
     hinged: Annotated[tuple[HingedDipole, ...], Field(strict=False)] = ()
     rotors: dict[Name, Rotor] = Field(default_factory=dict)
     rotating: Annotated[tuple[RotatingDipole, ...], Field(strict=False)] = ()

@@ -17,17 +17,22 @@ Surface = Literal["elevator", "aileron_left", "aileron_right", "rudder", "flap"]
 
 
 class Dipole(Strict):
-    """A permanent magnetic moment fixed in the aircraft.
+    """A permanent magnetic moment.
 
-    Installed, the moment is the effective one: what a survey of the parked aircraft would find for the part, with what
-    it induces in the iron next to it. Otherwise it is the part's own, and the steel beside it is magnetized by it.
+    The moment is the effective one: what a survey of the parked aircraft would find for the part as installed,
+    with what it induces in the iron next to it.
     """
 
     name: Name
     position_m: Vector
     moment_am2: Vector
-    installed: bool = Field(default=True, description="the moment holds what the part induces in the steel beside it")
     source: Source
+
+
+class FixedDipole(Dipole):
+    """A moment fixed in the aircraft. Not installed, it is the part's own, and magnetizes the steel beside it."""
+
+    installed: bool = Field(default=True, description="the moment holds what the part induces in the steel beside it")
 
 
 class HingedDipole(Dipole):
@@ -36,7 +41,6 @@ class HingedDipole(Dipole):
     It is always an installed one: what it induces would change with every deflection.
     """
 
-    installed: Literal[True] = True
     surface: Surface
     hinge_point_m: Vector
     hinge_axis: Vector = Field(description="unit vector; positive deflection follows the right-hand rule")
