@@ -60,7 +60,7 @@ def _check_triangles(triangles: np.ndarray, corners: np.ndarray) -> None:
     bad = np.flatnonzero(2.0 * panels.areas <= SLIVER * panels.lengths.max(axis=1) ** 2)
     if len(bad):
         msg = (
-            f"has {len(bad)} degenerate triangles, the first at {place(corners[bad[0]].mean(axis=0))}; allowed: "
+            f"has degenerate triangles, {len(bad)} of them, the first at {place(corners[bad[0]].mean(axis=0))}; allowed: "
             f"triangles at least {SLIVER:g} as high as long; merge their corners or mesh anew"
         )
         raise ValueError(msg)

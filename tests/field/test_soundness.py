@@ -59,7 +59,7 @@ BAD = {
     "fin": (FIN, "is open: 2 edges"),
     "spheres that cross": (_joined(SPHERE, _moved(SPHERE, 0.6, 0.0, 0.0)), r"crosses or touches itself near \("),
     "corner through the other side": (_corner_through(), "crosses or touches itself"),
-    "flat triangle": (_flat_triangle(), "degenerate triangles, the first at"),
+    "flat triangle": (_flat_triangle(), "has degenerate triangles, 1 of them, the first at"),
     "twice": (Surface(SPHERE.vertices, np.vstack([SPHERE.triangles, SPHERE.triangles[:1]])), "same triangle twice at"),
     "sphere in a sphere": (_joined(SPHERE, icosphere(2, 0.3)), "turned the wrong way or lies in another"),
     "one of two inward": (_joined(SPHERE, _flipped(_moved(SPHERE, 1.1, 0.0, 0.0))), "turned the wrong way"),
