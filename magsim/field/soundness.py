@@ -59,9 +59,10 @@ def _check_triangles(triangles: np.ndarray, corners: np.ndarray) -> None:
     panels = Panels(corners)
     bad = np.flatnonzero(2.0 * panels.areas <= SLIVER * panels.lengths.max(axis=1) ** 2)
     if len(bad):
+        where = place(corners[bad[0]].mean(axis=0))
         msg = (
-            f"has degenerate triangles, {len(bad)} of them, the first at {place(corners[bad[0]].mean(axis=0))}; allowed: "
-            f"triangles at least {SLIVER:g} as high as long; merge their corners or mesh anew"
+            f"has degenerate triangles, {len(bad)} of them, the first at {where}; allowed: triangles at least "
+            f"{SLIVER:g} as high as long; merge their corners or mesh anew"
         )
         raise ValueError(msg)
     _, first, count = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True, return_counts=True)

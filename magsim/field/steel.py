@@ -205,6 +205,9 @@ def _solid(part: Bar | Cylinder | Loft) -> Tetrahedra:
 
 
 def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> Surface:
+    if part.file not in files:
+        msg = "was not read with the aircraft; allowed: an aircraft that holds its files"
+        raise ValueError(msg)
     surface = read_surface(files[part.file], part.file.rpartition(".")[2])
     structural = part.axes == "structural"
     surface = placed(surface, unit_m=part.unit_m, structural=structural, position=np.array(part.position_m))
