@@ -329,3 +329,9 @@ def test_the_json_schema_knows_every_key_and_its_limits():
     assert set(schema["required"]) == {"schema", "seed", "aircraft", "start", "pattern", "sensors"}
     train = schema["$defs"]["Train"]["properties"]
     assert {"type": "number"} in train["amplitude_deg"]["anyOf"]
+
+
+def test_skin_is_asked_of_an_aircraft_that_has_none() -> None:
+    with pytest.raises(RequestError, match=r"uav has no \[skin\] in its magnetics.toml; allowed: 'coils'"):
+        load_scenario("papers/001_fom", overrides=['field.eddy.model="skin"'])
+    assert load_scenario("papers/000_simulated").scenario.field.eddy.model == "coils"

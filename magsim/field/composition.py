@@ -72,7 +72,7 @@ def compute_field(
         At the simulation rate over the whole logged span; parts that are switched off are absent.
     """
     tell = progress or (lambda _: None)
-    response = load_response(aircraft) if response is None else response
+    response = load_response(aircraft, scenario.field.eddy.model) if response is None else response
     tell(0.1)
     # Spline fits call LAPACK: on one thread they give the same bits everywhere.
     with threadpool_limits(limits=1, user_api="blas"):

@@ -75,8 +75,9 @@ def eddy_field(response: AircraftResponse, rows: np.ndarray, rate: np.ndarray, s
     """
     if not part.lag:
         return np.einsum("sij,nj->nsi", response.eddy_slow_s[rows], rate)
-    out = np.zeros((len(rate), len(rows), 3))
+    # States of all modes first, then one product with their fields: (n, k) is small beside (n, s, 3) for each mode.
+    driven = rate @ response.drive.T
     for k, tau in enumerate(response.tau_s):
-        state = step_rate(tau, np.einsum("i,ni->n", response.drive[k], rate), step_s)
-        out += state[:, None, None] * response.field[rows, :, k]
-    return out
+        driven[:, k] = step_rate(tau, driven[:, k], step_s)
+    fields = response.field[rows].reshape(3 * len(rows), len(response.tau_s))
+    return (driven @ fields.T).reshape(len(rate), len(rows), 3)

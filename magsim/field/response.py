@@ -13,6 +13,8 @@ from magsim.errors import RequestError
 from magsim.field.coils import Loop, inductance_matrix
 from magsim.field.dipoles import HingedDipole, dipole_field
 from magsim.field.eddy import Modes, reduce_to_modes, slow_limit
+from magsim.field.outline import metal_obstacles, outline
+from magsim.field.skin_model import SkinModel, load_skin
 from magsim.field.steel import SteelModel, compute_steel, file_digests, load_steel
 from magsim.storage import cached
 
@@ -38,6 +40,8 @@ class AircraftResponse:
     drive : (k, 3) [m^2 / sqrt(ohm)]
     field : (s, 3, k) [T / (A sqrt(ohm))]
         See ``magsim.field.eddy.Modes``.
+    eddy_error : (s,)
+        Relative error of the modes at 0.5 Hz beside all currents of the conductor.
     hinged : tuple of HingedDipole
         Dipoles on control surfaces.
     """
@@ -50,6 +54,7 @@ class AircraftResponse:
     tau_s: np.ndarray
     drive: np.ndarray
     field: np.ndarray
+    eddy_error: np.ndarray
     hinged: tuple[HingedDipole, ...]
 
     def __post_init__(self) -> None:
@@ -94,7 +99,7 @@ def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
     return loops, origins
 
 
-def _eddy(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+def _coils(magnetics: Magnetics, points: np.ndarray) -> Arrays:
     loops, origins = coil_loops(magnetics.coils)
     matrix = inductance_matrix(loops)
     resistance = np.zeros_like(matrix)
@@ -106,14 +111,34 @@ def _eddy(magnetics: Magnetics, points: np.ndarray) -> Arrays:
     flux = np.array([loop.area_vector for loop in loops]).reshape(-1, 3)
     field = np.stack([loop.field(points) for loop in loops], axis=-1) if loops else np.zeros((len(points), 3, 0))
     modes = reduce_to_modes(matrix, resistance, flux, field)
-    return {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field}
+    return _eddy_arrays(modes, np.zeros(len(points)))
 
 
-CONTRIBUTIONS = (_eddy,)
-"""Each makes its arrays of the response from the magnetic file and the places; ``_fixed`` needs the steel too."""
+def _skin(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+    model = skin_model(magnetics)
+    return _eddy_arrays(model.at(points), model.truncation_error(points))
 
 
-def _solve(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel) -> Arrays:
+def _eddy_arrays(modes: Modes, error: np.ndarray) -> Arrays:
+    return {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field, "eddy_error": error}
+
+
+def skin_model(magnetics: Magnetics) -> SkinModel:
+    """The aircraft's skin, fine enough for all its mounts, from the cache where it was made before.
+
+    Raises
+    ------
+    ValueError
+        If the skin's mesh is not sound, or a mount is too close to the metal.
+    """
+    return load_skin(magnetics.skin, np.array([mount.position_m for mount in magnetics.mounts.values()]))
+
+
+EDDY = {"coils": _coils, "skin": _skin}
+"""Models of eddy currents: each makes its arrays of the response from the magnetic file and the places."""
+
+
+def _solve(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel, eddy: str) -> Arrays:
     """All numbers that take time, as arrays by name."""
     points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
     _check_places(aircraft, places, steel)
@@ -122,8 +147,7 @@ def _solve(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: Ste
     with threadpool_limits(limits=1):
         try:
             arrays |= _fixed(aircraft.magnetics, steel, points)
-            for contribution in CONTRIBUTIONS:
-                arrays |= contribution(aircraft.magnetics, points)
+            arrays |= EDDY[eddy](aircraft.magnetics, points)
         except ValueError as error:
             msg = f"aircraft {aircraft.name}: {error}"
             raise RequestError(msg) from error
@@ -155,25 +179,44 @@ def _assemble(magnetics: Magnetics, names: tuple[str, ...], arrays: Arrays) -> A
     return AircraftResponse(mounts=names, hinged=hinged, **arrays)
 
 
-def compute_response(aircraft: Aircraft) -> AircraftResponse:
-    """Response of an aircraft at all its mounts, computed anew on one thread.
+def eddy_model(aircraft: Aircraft, asked: str | None = None) -> str:
+    """Name of the model of eddy currents that is used: what is asked, else what the aircraft's file gives.
+
+    Raises
+    ------
+    RequestError
+        If a skin is asked of an aircraft that has none.
+    """
+    if asked == "skin" and aircraft.magnetics.skin is None:
+        msg = f"aircraft {aircraft.name} has no [skin] in its magnetics.toml; allowed: field.eddy.model = 'coils'"
+        raise RequestError(msg)
+    return asked or aircraft.magnetics.eddy_model
+
+
+def compute_response(aircraft: Aircraft, eddy: str | None = None) -> AircraftResponse:
+    """Response of an aircraft at all its mounts, computed anew on one thread, but for its skin: that has its own cache.
 
     Parameters
     ----------
     aircraft : Aircraft
         Only its ``magnetics`` count, and the files that they name.
+    eddy : str, optional
+        ``"skin"`` or ``"coils"``; see ``eddy_model``.
 
     Raises
     ------
     RequestError
-        If a place is in or at the steel, steel parts touch, or a mesh is not sound.
+        If a place is in or at the metal, steel parts touch, or a mesh is not sound.
     """
-    mounts = aircraft.mounts
-    return _assemble(aircraft.magnetics, tuple(mounts), _solve(aircraft, mounts, compute_steel(aircraft)))
+    mounts, model = aircraft.mounts, eddy_model(aircraft, eddy)
+    return _assemble(aircraft.magnetics, tuple(mounts), _solve(aircraft, mounts, compute_steel(aircraft), model))
 
 
-def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]]) -> AircraftResponse:
-    """Response of an aircraft at any places; its steel is solved once and kept by content.
+def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]], eddy: str | None = None) -> AircraftResponse:
+    """Response of an aircraft at any places; its steel and its skin are solved once and kept by content.
+
+    The mesh of a skin is fine near the aircraft's own mounts; ``skin_model(...).resolved`` tells of other places
+    whether they are too close to the metal for it.
 
     Parameters
     ----------
@@ -181,13 +224,16 @@ def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]]) -> Ai
         Only its ``magnetics`` count, and the files that they name.
     places : mapping of str to (3,) [m]
         Body axes; by name.
+    eddy : str, optional
+        ``"skin"`` or ``"coils"``; see ``eddy_model``.
 
     Raises
     ------
     RequestError
-        If a place is in or at the steel, steel parts touch, or a mesh is not sound.
+        If a place is in or at the steel, a mount at the skin, steel parts touch, or a mesh is not sound.
     """
-    return _assemble(aircraft.magnetics, tuple(places), _solve(aircraft, places, load_steel(aircraft)))
+    model = eddy_model(aircraft, eddy)
+    return _assemble(aircraft.magnetics, tuple(places), _solve(aircraft, places, load_steel(aircraft), model))
 
 
 def obstacles(aircraft: Aircraft, points: np.ndarray) -> list[str | None]:
@@ -199,16 +245,20 @@ def obstacles(aircraft: Aircraft, points: np.ndarray) -> list[str | None]:
     points : (p, 3) [m]
         Body axes.
     """
-    meshes = load_steel(aircraft).obstacles(points)
-    return [aircraft.magnetics.obstacle(tuple(map(float, p))) or mesh for p, mesh in zip(points, meshes, strict=True)]
+    meshes, skin = load_steel(aircraft).obstacles(points), aircraft.magnetics.skin
+    shells = [None] * len(points) if skin is None else metal_obstacles(outline(skin), points)
+    return [
+        aircraft.magnetics.obstacle(tuple(map(float, p))) or mesh or shell
+        for p, mesh, shell in zip(points, meshes, shells, strict=True)
+    ]
 
 
-def load_response(aircraft: Aircraft) -> AircraftResponse:
+def load_response(aircraft: Aircraft, eddy: str | None = None) -> AircraftResponse:
     """The same as ``compute_response``, kept by content: the first call computes, later ones read.
 
     The cache counts the source code of ``magsim.field`` into the key.
     """
-    magnetics, mounts = aircraft.magnetics, aircraft.mounts
-    key = {"magnetics": magnetics.model_dump(mode="json"), "files": file_digests(aircraft)}
-    arrays = cached("response", key, lambda: _solve(aircraft, mounts, load_steel(aircraft)))
+    magnetics, mounts, model = aircraft.magnetics, aircraft.mounts, eddy_model(aircraft, eddy)
+    key = {"magnetics": magnetics.model_dump(mode="json"), "files": file_digests(aircraft), "eddy": model}
+    arrays = cached("response", key, lambda: _solve(aircraft, mounts, load_steel(aircraft), model))
     return _assemble(magnetics, tuple(mounts), arrays)

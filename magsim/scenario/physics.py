@@ -2,10 +2,11 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.aircraft.magnetics import Surface
 from magsim.config import Strict
+from magsim.scenario.base import aircraft_of
 from magsim.scenario.geology import Crust, Target
 from magsim.scenario.variation import Variation
 
@@ -29,7 +30,19 @@ class Part(Strict):
 class Eddy(Part):
     """Eddy currents."""
 
+    model: Literal["skin", "coils"] | None = Field(
+        default=None, description="the whole skin or loops of wire; left out: what the aircraft's file gives"
+    )
     lag: bool = Field(default=True, description="false: instantaneous, proportional to dB/dt (Tolles-Lawson)")
+
+    @field_validator("model")
+    @classmethod
+    def _exists(cls, value: str | None, info: ValidationInfo) -> str | None:
+        aircraft = aircraft_of(info)
+        if value == "skin" and aircraft and aircraft.magnetics.skin is None:
+            msg = f"{aircraft.name} has no [skin] in its magnetics.toml; allowed: 'coils'"
+            raise ValueError(msg)
+        return value
 
 
 class Hinged(Part):

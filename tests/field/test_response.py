@@ -66,7 +66,7 @@ def test_parts_that_touch_are_told_with_the_name_of_the_aircraft(aircraft: Aircr
 
 def test_an_aircraft_of_wood_is_silent(aircraft: Aircraft) -> None:
     settings = aircraft.magnetics.model_dump(by_alias=True)
-    settings.update(permanent=[], hinged=[], steel=[], coils=[])
+    settings.update(permanent=[], hinged=[], steel=[], coils=[], skin=None)
     wood = compute_response(Aircraft("wood", aircraft.facts, Magnetics.model_validate(settings), "wood"))
     assert not np.any(wood.permanent_nt)
     assert not np.any(wood.induced)
@@ -84,7 +84,7 @@ def test_coil_of_real_wire(aircraft: Aircraft) -> None:
         "section_m2": 1e-3,
         "source": "a test",
     }
-    settings.update(permanent=[], hinged=[], steel=[], coils=[loop])
+    settings.update(permanent=[], hinged=[], steel=[], coils=[loop], skin=None)
     response = compute_response(Aircraft("ring", aircraft.facts, Magnetics.model_validate(settings), "ring"))
     resistance = 8.0 / (1.74e7 * 1e-3)
     # A square of side a on its axis: B = mu0 I a^2 / (2 pi (z^2 + a^2/4) sqrt(z^2 + a^2/2)).
@@ -93,8 +93,9 @@ def test_coil_of_real_wire(aircraft: Aircraft) -> None:
     assert slow[0, 0] == pytest.approx(-on_axis * 4.0 / resistance, rel=1e-9)
 
 
-def test_mirrored_coils_keep_the_aircraft_symmetric(response: AircraftResponse) -> None:
+def test_mirrored_coils_keep_the_aircraft_symmetric(aircraft: Aircraft) -> None:
     """In the plane of symmetry a field along x or z makes none along y."""
+    response = compute_response(aircraft, "coils")
     slow = response.eddy_slow_s[response.mounts.index("cabin_center")]
     assert max(abs(slow[0, 1]), abs(slow[1, 0]), abs(slow[1, 2]), abs(slow[2, 1])) < 1e-9 * np.abs(slow).max()
 
@@ -110,8 +111,8 @@ def test_levels_in_the_tail_beside_published_ones(response: AircraftResponse) ->
         assert published / 4.0 < value < published * 4.0
 
 
-def test_levels_in_the_cabin_beside_published_ones(response: AircraftResponse) -> None:
-    """Paper 000: 306 nT RMS of all interference in the cabin; a closed skin has up to 12 ms there, coils less."""
+def test_levels_in_the_cabin_beside_published_ones(aircraft: Aircraft, response: AircraftResponse) -> None:
+    """Paper 000: 306 nT RMS of all interference in the cabin; a stylized closed skin of its own has 7, 9, 12 ms."""
     row = response.mounts.index("cabin_center")
     assert 100.0 < np.linalg.norm(response.permanent_nt[row]) < 1000.0
     # A level flight on four headings where paper 000 flew: 43012 nT, inclination 23 degrees.
@@ -123,7 +124,9 @@ def test_levels_in_the_cabin_beside_published_ones(response: AircraftResponse) -
     whole = ambient + response.permanent_nt[row] + ambient @ response.induced[row].T
     rms = np.sqrt(np.mean((np.linalg.norm(whole, axis=1) - 43012.0) ** 2))
     assert 306.0 / 1.5 < rms < 306.0 * 1.5
-    assert 1e-4 < np.abs(response.eddy_slow_s[row]).max() < 12.3e-3
+    np.testing.assert_allclose(np.diag(response.eddy_slow_s[row]), [-6.9e-3, -9.1e-3, -12.3e-3], rtol=0.3)
+    coils = compute_response(aircraft, "coils")
+    assert 1e-4 < np.abs(coils.eddy_slow_s[row]).max() < 1.5e-3
 
 
 def test_permanent_field_is_the_sum_of_the_dipoles(aircraft: Aircraft, response: AircraftResponse) -> None:

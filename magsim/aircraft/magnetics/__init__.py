@@ -15,6 +15,7 @@ from magsim.aircraft.magnetics.memory import Memory
 from magsim.aircraft.magnetics.mounts import FlexMode, Mount
 from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, FixedDipole, HingedDipole, Surface
 from magsim.aircraft.magnetics.rotors import RotatingDipole, Rotor, check_rotors
+from magsim.aircraft.magnetics.skin import Body, Panel, Skin
 from magsim.aircraft.magnetics.steel import (
     Bar,
     BoxSheet,
@@ -32,6 +33,7 @@ __all__ = [
     "DIPOLE_CLEARANCE_M",
     "SURFACES",
     "Bar",
+    "Body",
     "BoxSheet",
     "Coil",
     "Cylinder",
@@ -44,9 +46,11 @@ __all__ = [
     "Memory",
     "MeshPart",
     "Mount",
+    "Panel",
     "Plate",
     "RotatingDipole",
     "Rotor",
+    "Skin",
     "Steel",
     "Strip",
     "Surface",
@@ -74,6 +78,12 @@ class Magnetics(Strict):
     memory: Memory | None = None
     steel: Annotated[tuple[Steel, ...], Field(strict=False)] = ()
     coils: Annotated[tuple[Coil, ...], Field(strict=False)] = ()
+    skin: Skin | None = None
+
+    @property
+    def eddy_model(self) -> str:
+        """``"skin"`` where the aircraft has one, else ``"coils"``."""
+        return "coils" if self.skin is None else "skin"
 
     @property
     def _dipoles(self) -> tuple[Dipole, ...]:

@@ -1,0 +1,96 @@
+"""The conducting skin of an aircraft as closed shells lofted through sections."""
+
+import itertools
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, model_validator
+
+from magsim.aircraft.magnetics.base import Positive, Source
+from magsim.config import Name, Strict
+
+
+class BodySection(Strict):
+    """Section of a fuselage across the forward axis: a superellipse."""
+
+    x_m: float = Field(description="place along the forward axis")
+    width_m: Positive
+    height_m: Positive
+    z_m: float = Field(default=0.0, description="center, down")
+    exponent: float = Field(
+        default=2.0, ge=2.0, le=10.0, description="2: ellipse; larger: rectangle with round corners"
+    )
+
+
+class PanelSection(Strict):
+    """Section of a wing, tailplane or fin: an ellipse of the profile's chord and depth."""
+
+    at_m: float = Field(description="place along the span: y of a wing from 0 to the right tip, z of a fin to its tip")
+    leading_edge_m: float = Field(description="x of the leading edge")
+    chord_m: Positive
+    depth_m: Positive = Field(description="greatest thickness of the profile")
+    offset_m: float = Field(default=0.0, description="z of a wing's chord, y of a fin's")
+
+
+class Shell(Strict):
+    """What every part of the skin has."""
+
+    name: Name
+    conductivity_spm: Positive
+    thickness_m: Positive = Field(description="of the metal")
+    source: Source
+
+
+def _ordered(places: Sequence[float], what: str) -> None:
+    steps = [b - a for a, b in itertools.pairwise(places)]
+    if not (all(step > 0.0 for step in steps) or all(step < 0.0 for step in steps)):
+        msg = f"{what} = {list(places)}: allowed: sections in order from one end to the other, no two at one place"
+        raise ValueError(msg)
+
+
+class Body(Shell):
+    """A closed body around the forward axis."""
+
+    kind: Literal["body"]
+    sections: Annotated[tuple[BodySection, ...], Field(strict=False, min_length=2)]
+
+    @model_validator(mode="after")
+    def _check(self) -> "Body":
+        _ordered([section.x_m for section in self.sections], "x_m")
+        return self
+
+
+class Panel(Shell):
+    """A closed wing or fin. A wing runs to the right from the plane of symmetry and is mirrored to the left."""
+
+    kind: Literal["panel"]
+    span: Literal["right", "up"]
+    sections: Annotated[tuple[PanelSection, ...], Field(strict=False, min_length=2)]
+
+    @model_validator(mode="after")
+    def _check(self) -> "Panel":
+        places = [section.at_m for section in self.sections]
+        _ordered(places, "at_m")
+        if self.span == "right" and (places[0] != 0.0 or places[-1] < 0.0):
+            msg = f"at_m = {places}: a panel with span = 'right' runs from 0 to its right tip"
+            raise ValueError(msg)
+        return self
+
+
+ShellPart = Annotated[Body | Panel, Discriminator("kind")]
+
+
+class Skin(Strict):
+    """The conducting skin: closed shells that do not touch each other."""
+
+    element_m: Annotated[float, Field(ge=0.1, le=2.0)] = Field(description="edge of the mesh along the parts")
+    parts: Annotated[tuple[ShellPart, ...], Field(strict=False, min_length=1)]
+
+    @model_validator(mode="after")
+    def _check_names(self) -> "Skin":
+        names = [part.name for part in self.parts]
+        double = sorted({name for name in names if names.count(name) > 1})
+        if double:
+            msg = f"names of skin parts must differ, used twice: {', '.join(double)}"
+            raise ValueError(msg)
+        return self
