@@ -17,6 +17,7 @@ from magsim.scenario import LoadedScenario, RecordingSettings
 from magsim.sensors import (
     Acquisition,
     base_columns,
+    electrical_columns,
     fluxgate_columns,
     ground_columns,
     ins_columns,
@@ -116,6 +117,7 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
         data |= {columns.TRUE_WIND.name(direction=name): wind_n[:, k] for k, name in enumerate(columns.DIRECTIONS)}
     for name, angle in flight.controls_at(time_s).items():
         data[columns.SURFACE.name(surface=name)] = np.degrees(angle)
+    data |= electrical_columns(scenario.sensors.electrical, truth, acquisition, seed)
     segments = flight.segment_columns(time_s)
     data |= segments
     data[columns.SPLIT.name()] = split_of(segments["circuit"], segments["leg"], settings)

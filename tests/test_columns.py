@@ -7,6 +7,8 @@ from magsim import columns
 names = st.from_regex(columns.NAME_PATTERN, fullmatch=True).filter(lambda name: len(name) <= 40)
 FIELDS = {
     "sensor": names,
+    "circuit": names,
+    "bus": names,
     "surface": names,
     "component": st.sampled_from(columns.COMPONENTS),
     "axis": st.sampled_from(columns.AXES),
@@ -54,7 +56,7 @@ def test_every_family_is_complete_and_in_order():
     for family in columns.FAMILIES:
         assert family.meaning
         assert family.unit
-    units = {"_nt": "nT", "_deg": "deg", "_mps": "m/s", "_dps": "deg/s", "_m": "m"}
+    units = {"_nt": "nT", "_deg": "deg", "_mps": "m/s", "_dps": "deg/s", "_m": "m", "_a": "A", "_v": "V"}
     for family in columns.FAMILIES:
         suffix = "_" + family.pattern.rsplit("_", 1)[-1]
         assert family.unit == units.get(suffix, "1")
@@ -64,3 +66,52 @@ def test_sensors_in_order_of_appearance():
     table = ["mag_tail_nt", "flux_a_x_nt", "flux_a_y_nt", "mag_cabin_nt", "total_cabin_nt", "time_s"]
     assert columns.sensors_of(table, columns.MAG) == ("tail", "cabin")
     assert columns.sensors_of(table, columns.FLUX) == ("a",)
+
+
+SGL_ELECTRICAL = [
+    "cur_com_1",
+    "cur_ac_hi",
+    "cur_ac_lo",
+    "cur_tank",
+    "cur_flap",
+    "cur_strb",
+    "cur_srvo_o",
+    "cur_srvo_m",
+    "cur_srvo_i",
+    "cur_heat",
+    "cur_acpwr",
+    "cur_outpwr",
+    "cur_bat_1",
+    "cur_bat_2",
+    "vol_acpwr",
+    "vol_outpwr",
+    "vol_bat_1",
+    "vol_bat_2",
+    "vol_res_p",
+    "vol_res_n",
+    "vol_back_p",
+    "vol_back_n",
+    "vol_gyro_1",
+    "vol_gyro_2",
+    "vol_acc_p",
+    "vol_acc_n",
+    "vol_block",
+    "vol_back",
+    "vol_srvo",
+    "vol_cabt",
+    "vol_fan",
+]
+"""Fields 69 to 99 of the SGL 2020 layout: 14 currents and 17 voltages (MagNav.jl, readme of the data)."""
+
+
+def test_every_electrical_channel_of_sgl_has_one_column_of_ours():
+    assert list(columns.ALIASES_SGL.values()) == SGL_ELECTRICAL
+    for name in columns.ALIASES_SGL:
+        assert columns.find(name) in (columns.CURRENT, columns.VOLTAGE)
+
+
+def test_names_of_sgl():
+    assert columns.alias_sgl("cur_fuel_pump_a") == "cur_tank"
+    assert columns.alias_sgl("mag_cabin_nt") == "mag_cabin_uc"
+    assert columns.alias_sgl("flux_a_x_nt") == "flux_a_x"
+    assert columns.alias_sgl("cur_propulsion_a") == columns.alias_sgl("true_alt_m") == columns.alias_sgl("?") == ""

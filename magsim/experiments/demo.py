@@ -27,6 +27,9 @@ TRAINED = ("bp", "magtcn")
 DRAWN = ("tl16", "magtcn")
 """Methods whose residuals are drawn."""
 
+FIGURES = ("flight", "field", "interference", "spectrum")
+"""Kinds of ``magsim plot`` that are drawn of the recording: it has no currents."""
+
 Simulating = Callable[[], AbstractContextManager[Callable[[str, float], None]]]
 """Opens a display that is told the name of a step and its share done, 0 to 1."""
 
@@ -88,8 +91,8 @@ def run_demo(
     writer.write("table.txt", lambda path: path.write_text(report.to_text(times=False), encoding="utf-8"))
 
     say("4/4  draw")
-    for kind, draw in plots.KINDS.items():
-        writer.figure(f"{kind}.png", draw(recording, sensor))
+    for kind in FIGURES:
+        writer.figure(f"{kind}.png", plots.KINDS[kind](recording, sensor))
     test = recording.where(split="test")
     estimates = _estimates([(name, method) for name, method in (*closed, *fitted) if name in DRAWN], test)
     writer.figure("residuals.png", plots.plot_residuals(test, sensor, estimates))

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
-from magsim.field import crust, flex, main_field, memory, metal, rotors, targets, variation
+from magsim.field import crust, electronics, flex, main_field, memory, metal, rotors, targets, variation
 from magsim.field.response import AircraftResponse, load_response, response_at
 from magsim.field.situation import Situation
 from magsim.scenario import Scenario
@@ -30,6 +30,7 @@ MAKERS: Mapping[str, Maker] = {
     "induced": metal.induced,
     "memory": memory.memory,
     "eddy": metal.eddy,
+    "electronics": electronics.electronics,
 }
 """What makes each part, or None where the aircraft has no such thing; the names are those of ``columns.COMPONENTS``."""
 
@@ -97,7 +98,15 @@ def _compose(situation: Situation, aircraft: Aircraft, tell: Progress) -> FieldT
         _bend(parts, situation, bending, response_at(aircraft, flex.places_around(situation, bending)))
     for part in parts.values():
         part.flags.writeable = False  # handed over, not copied
-    return FieldTruth(situation.time_s, situation.mounts, parts, tilts_b=bending.tilts_b)
+    onboard = situation.onboard if "electronics" in parts else electronics.Onboard()
+    return FieldTruth(
+        situation.time_s,
+        situation.mounts,
+        parts,
+        currents_a=onboard.currents_a,
+        voltages_v=onboard.voltages_v,
+        tilts_b=bending.tilts_b,
+    )
 
 
 def _bend(

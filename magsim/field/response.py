@@ -13,6 +13,7 @@ from magsim.errors import RequestError
 from magsim.field.coils import Loop, inductance_matrix
 from magsim.field.dipoles import HingedDipole, dipole_field
 from magsim.field.eddy import Modes, reduce_to_modes, slow_limit
+from magsim.field.electronics import Wiring
 from magsim.field.outline import metal_obstacles, outline
 from magsim.field.skin_model import SkinModel, load_skin
 from magsim.field.steel import SteelModel, compute_steel, file_digests, load_steel
@@ -42,6 +43,8 @@ class AircraftResponse:
         See ``magsim.field.eddy.Modes``.
     eddy_error : (s,)
         Relative error of the modes at 0.5 Hz beside all currents of the conductor.
+    wiring_nt_per_a : (s, 3, c) [nT/A]
+        Field of each circuit for 1 A.
     hinged : tuple of HingedDipole
         Dipoles on control surfaces.
     """
@@ -55,6 +58,7 @@ class AircraftResponse:
     drive: np.ndarray
     field: np.ndarray
     eddy_error: np.ndarray
+    wiring_nt_per_a: np.ndarray
     hinged: tuple[HingedDipole, ...]
 
     def __post_init__(self) -> None:
@@ -119,6 +123,10 @@ def _skin(magnetics: Magnetics, points: np.ndarray) -> Arrays:
     return _eddy_arrays(model.at(points), model.truncation_error(points))
 
 
+def _wiring(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+    return {"wiring_nt_per_a": Wiring.of(magnetics).at(points)}
+
+
 def _eddy_arrays(modes: Modes, error: np.ndarray) -> Arrays:
     return {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field, "eddy_error": error}
 
@@ -134,6 +142,9 @@ def skin_model(magnetics: Magnetics) -> SkinModel:
     return load_skin(magnetics.skin, np.array([mount.position_m for mount in magnetics.mounts.values()]))
 
 
+CONTRIBUTIONS = (_wiring,)
+"""Each makes its arrays of the response from the magnetic file and the places; ``_fixed`` needs the steel too."""
+
 EDDY = {"coils": _coils, "skin": _skin}
 """Models of eddy currents: each makes its arrays of the response from the magnetic file and the places."""
 
@@ -147,7 +158,8 @@ def _solve(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: Ste
     with threadpool_limits(limits=1):
         try:
             arrays |= _fixed(aircraft.magnetics, steel, points)
-            arrays |= EDDY[eddy](aircraft.magnetics, points)
+            for contribution in (*CONTRIBUTIONS, EDDY[eddy]):
+                arrays |= contribution(aircraft.magnetics, points)
         except ValueError as error:
             msg = f"aircraft {aircraft.name}: {error}"
             raise RequestError(msg) from error

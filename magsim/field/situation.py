@@ -8,6 +8,7 @@ import numpy as np
 
 from magsim.aircraft import Magnetics
 from magsim.field.eddy import derivative
+from magsim.field.electronics import Onboard, onboard
 from magsim.field.response import AircraftResponse
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario
@@ -114,3 +115,8 @@ class Situation:
     def ambient_rate_b(self) -> np.ndarray:
         """Time derivative of ``B_0`` in body axes, (n, 3) [nT/s]."""
         return derivative(self.ambient_b, self.step_s)
+
+    @cached_property
+    def onboard(self) -> Onboard:
+        """Currents and voltages of the aircraft's wiring."""
+        return onboard(self)

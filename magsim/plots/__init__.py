@@ -17,7 +17,16 @@ from magsim.storage import atomic_write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["KINDS", "plot_field", "plot_flight", "plot_interference", "plot_residuals", "plot_spectrum", "save"]
+__all__ = [
+    "KINDS",
+    "plot_electronics",
+    "plot_field",
+    "plot_flight",
+    "plot_interference",
+    "plot_residuals",
+    "plot_spectrum",
+    "save",
+]
 
 
 def _figures() -> object:
@@ -54,6 +63,18 @@ def plot_spectrum(recording: Recording, sensor: str | None = None) -> "Figure":
     return _figures().spectrum(recording, pick_sensor(recording, sensor))
 
 
+def plot_electronics(recording: Recording, sensor: str | None = None) -> "Figure":
+    """Currents that change, bus voltages, and the field of the wiring where the truth is known."""
+    sensor = pick_sensor(recording, sensor)
+    if not any(columns.find(name) is columns.CURRENT for name in recording.names("input")):
+        msg = (
+            f"recording {recording.name!r} has no currents; this figure needs an aircraft with wiring, "
+            "field.electronics and sensors.electrical enabled"
+        )
+        raise RequestError(msg)
+    return _figures().electronics(recording, sensor)
+
+
 def plot_residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndarray]) -> "Figure":
     """In-band error before and after compensation.
 
@@ -75,6 +96,7 @@ KINDS: dict[str, Callable[[Recording, str | None], "Figure"]] = {
     "field": plot_field,
     "interference": plot_interference,
     "spectrum": plot_spectrum,
+    "electronics": plot_electronics,
 }
 """Kinds of ``magsim plot``."""
 

@@ -18,6 +18,8 @@ GROUND = "#c9b8a2"
 COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6", "#7a7a7a")
 MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf", 4: "#e7dcef"}
 PART_COLORS = dict(zip(columns.PLATFORM, COLORS, strict=True))
+STEADY_A = 0.1
+"""Range of a current below which it is not drawn [A]."""
 
 
 def _new(width: float, height: float) -> Figure:
@@ -240,4 +242,44 @@ def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndar
     _legend_above(grid[0], 3)
     grid[0].set_xlim(recording.time_s[0], recording.time_s[-1])
     figure.suptitle(f"{recording.name}, {sensor}: error against truth, 0.1 to 0.6 Hz", fontsize=10, color=INK)
+    return figure
+
+
+def _fields(recording: Recording, family: columns.Family, key: str) -> dict[str, np.ndarray]:
+    """Columns of a family by the name of the circuit or bus."""
+    found = {name: family.match(name) for name in recording.names("input")}
+    return {fields[key]: recording[name] for name, fields in found.items() if fields is not None}
+
+
+def electronics(recording: Recording, sensor: str) -> Figure:
+    """Currents that change, bus voltages, and the field of the wiring along the background."""
+    currents = _fields(recording, columns.CURRENT, "circuit")
+    voltages = _fields(recording, columns.VOLTAGE, "bus")
+    drawn = {name: amperes for name, amperes in currents.items() if np.ptp(amperes) > STEADY_A}
+    truth = columns.CLEAN.name(sensor=sensor) in recording
+    parts = part_projections(recording, sensor) if truth else {}
+    rows = len(drawn) + bool(voltages) + ("electronics" in parts)
+    figure = _new(12.0, 1.2 + 1.05 * rows)
+    every = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0].tolist()
+    for axes in every:
+        _shade_maneuvers(axes, recording, legend=axes is every[0])
+    for i, (name, amperes) in enumerate(drawn.items()):
+        axes = every.pop(0)
+        axes.plot(recording.time_s, amperes, color=COLORS[i % len(COLORS)], lw=0.7)
+        _dress(axes, f"{name}\n[A]")
+        if i == 0:
+            axes.set_title(f"{recording.name}: onboard electronics", fontsize=10, color=INK, loc="left")
+            _legend_above(axes, 4)
+    if voltages:
+        axes = every.pop(0)
+        for i, (name, volts) in enumerate(voltages.items()):
+            axes.plot(recording.time_s, volts - np.median(volts), color=COLORS[i % len(COLORS)], lw=0.7, label=name)
+        _dress(axes, "buses less\nmedian [V]")
+        axes.legend(fontsize=7, frameon=False, ncols=len(voltages), loc="lower right")
+    if every:
+        every[0].plot(recording.time_s, parts["electronics"], color=PART_COLORS["electronics"], lw=0.7)
+        _dress(every[0], f"field at\n{sensor} [nT]")
+    figure.axes[-1].set_xlabel("time [s]", color=INK, fontsize=9)
+    figure.axes[-1].set_xlim(recording.time_s[0], recording.time_s[-1])
+    figure.align_ylabels()
     return figure

@@ -21,6 +21,7 @@ from magsim.config import Problems, Strict
 from magsim.errors import RequestError
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts, check_wind
 from magsim.scenario.base import aircraft_of
+from magsim.scenario.electronics import Electronics
 from magsim.scenario.flaps import FlapMove, check_moves
 from magsim.scenario.geology import (
     Crust,
@@ -32,7 +33,16 @@ from magsim.scenario.geology import (
     check_targets,
     shortest_crust_m,
 )
-from magsim.scenario.instruments import BaseStation, FluxgateSensor, Ins, Radar, ScalarSensor, Sensor, Sensors
+from magsim.scenario.instruments import (
+    BaseStation,
+    Electrical,
+    FluxgateSensor,
+    Ins,
+    Radar,
+    ScalarSensor,
+    Sensor,
+    Sensors,
+)
 from magsim.scenario.loading import Loading
 from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Planned, Swing, Train, schedule
 from magsim.scenario.patterns import (
@@ -81,6 +91,8 @@ __all__ = [
     "DipoleTarget",
     "Earth",
     "Eddy",
+    "Electrical",
+    "Electronics",
     "Field_",
     "FlapMove",
     "FlatTerrain",

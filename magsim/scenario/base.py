@@ -4,11 +4,20 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, ValidationInfo
 
+from magsim.config import Strict
+
 if TYPE_CHECKING:
     from magsim.aircraft import Aircraft
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
+
+
+class Part(Strict):
+    """A part of the aircraft's field that can be switched and scaled."""
+
+    enabled: bool = True
+    scale: float = Field(default=1.0, ge=-1000.0, le=1000.0)
 
 
 def aircraft_of(info: ValidationInfo) -> "Aircraft | None":

@@ -75,12 +75,29 @@ class BaseStation(Place):
     delay_s: float = Field(default=0.0, ge=-2.0, le=2.0, description="its clock tags readings so much too late")
 
 
+class Electrical(Strict):
+    """Current sensors of all circuits and voltmeters of all buses that the aircraft's file names."""
+
+    enabled: bool = Field(default=True, description="false: currents flow, nobody records them")
+    current_noise_a_rthz: NonNegative = Field(default=0.002, description="white noise density")
+    current_offset_a: NonNegative = Field(
+        default=0.05, description="standard deviation between channels, constant in each"
+    )
+    current_step_a: NonNegative = Field(default=0.02, description="least count; 0: none")
+    voltage_noise_v_rthz: NonNegative = Field(default=0.0005, description="white noise density")
+    voltage_offset_v: NonNegative = Field(
+        default=0.02, description="standard deviation between channels, constant in each"
+    )
+    voltage_step_v: NonNegative = Field(default=0.01, description="least count; 0: none")
+
+
 class Sensors(Strict):
     """All instruments."""
 
     scalar: tuple[ScalarSensor, ...] = Field(min_length=1, strict=False)
     fluxgate: tuple[FluxgateSensor, ...] = Field(default=(), strict=False)
     ins: Ins = Ins()
+    electrical: Electrical = Electrical()
     radar: Radar | None = Field(default=None, description="needs [terrain]")
     base: BaseStation | None = Field(default=None, description="on the ground, for the diurnal correction")
 

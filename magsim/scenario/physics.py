@@ -6,7 +6,8 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.aircraft.magnetics import Surface
 from magsim.config import Strict
-from magsim.scenario.base import aircraft_of
+from magsim.scenario.base import Part, aircraft_of
+from magsim.scenario.electronics import Electronics
 from magsim.scenario.geology import Crust, Target
 from magsim.scenario.variation import Variation
 
@@ -18,13 +19,6 @@ class Earth(Strict):
     along_path: bool = Field(
         default=True, description="false: the field of the start point everywhere, without gradient"
     )
-
-
-class Part(Strict):
-    """A part of the aircraft's field that can be switched and scaled."""
-
-    enabled: bool = True
-    scale: float = Field(default=1.0, ge=-1000.0, le=1000.0)
 
 
 class Eddy(Part):
@@ -85,6 +79,7 @@ class Field_(Strict):
     memory: Memory = Memory()
     eddy: Eddy = Eddy()
     flex: Flex = Flex()
+    electronics: Electronics = Electronics()
 
     def is_on(self, name: str) -> bool:
         """Whether the part of that name is switched on; the main field always is."""

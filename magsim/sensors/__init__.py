@@ -6,6 +6,7 @@ rows of readings, labels and truth alike, so that all of them have the same resp
 
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.base import base_columns
+from magsim.sensors.electrical import electrical_columns
 from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.sensors.navigation import ins_columns, true_columns
 from magsim.sensors.radar import ground_columns, radar_columns
@@ -14,6 +15,7 @@ from magsim.sensors.scalar import scalar_columns
 __all__ = [
     "Acquisition",
     "base_columns",
+    "electrical_columns",
     "fluxgate_columns",
     "ground_columns",
     "ins_columns",

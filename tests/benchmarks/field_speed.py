@@ -22,7 +22,7 @@ from magsim.flight import fly
 from magsim.scenario import load_scenario
 from tests.benchmarks.rows import at_most, finish, stated
 
-SCENARIO = "calibration_c208b"
+SCENARIO, OVERRIDES = "calibration_c208b", ("field.electronics.enabled=true",)
 
 
 def cpu_s(work: Callable[[], object]) -> float:
@@ -34,7 +34,7 @@ def cpu_s(work: Callable[[], object]) -> float:
 
 def composition_us(repeat: int) -> tuple[float, int]:
     """CPU time [us] for each sample and sensor, and the number of parts that were on."""
-    loaded = load_scenario(SCENARIO)
+    loaded = load_scenario(SCENARIO, OVERRIDES)
     scenario, aircraft = loaded.scenario, loaded.aircraft
     flight, response = fly(scenario, aircraft), load_response(aircraft)
     truth = compute_field(scenario, aircraft, flight, response)

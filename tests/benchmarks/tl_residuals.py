@@ -50,6 +50,7 @@ LINEAR = (
     "field.hinged.enabled=false",
     "field.propeller.enabled=false",
     "field.memory.enabled=false",
+    "field.electronics.enabled=false",
 )
 """A world whose projection is exactly the sum of the Tolles-Lawson terms."""
 
@@ -102,6 +103,9 @@ def everything(flight: Flight, truth: FieldTruth, mount: str) -> np.ndarray:
 GRADIENT = ("field.earth.along_path=true",)
 """The main field along the track and at each mount's own place."""
 
+WIRING = ("field.electronics.enabled=true",)
+"""Currents of the loads, the flap motor at rest."""
+
 WHOLE = (
     "field.eddy.lag=true",
     "field.earth.along_path=true",
@@ -109,6 +113,7 @@ WHOLE = (
     "field.propeller.enabled=true",
     "field.memory.enabled=true",
     "field.flex.enabled=true",
+    *WIRING,
 )
 """Every part on."""
 
@@ -125,6 +130,7 @@ EFFECTS = (
     Effect("hysteresis, play 6 %", ("field.memory.enabled=true", "field.memory.viscosity=false")),
     Effect("viscosity, 0.2 % a decade", ("field.memory.enabled=true", "field.memory.hysteresis=false")),
     Effect("bending stinger", ("field.flex.enabled=true",)),
+    Effect("onboard electronics", WIRING),
     Effect("heading error 0.15 cos + 0.1 cos 2", extra=heading_error),
     Effect("gyro shift", extra=gyro_shift),
     Effect("white noise, 4 pT/sqrt(Hz)", extra=white_noise),

@@ -283,7 +283,9 @@ def test_parts_can_be_switched_and_scaled(run: Callable, name: str) -> None:
 
 def test_linear_world_is_the_tolles_lawson_sum(run: Callable, response: AircraftResponse) -> None:
     """With a constant field the projection is exactly p.u + F u.Du + F u.E du/dt (E without lag)."""
-    truth = run(earth={"along_path": False}, hinged=OFF, propeller=OFF, memory=OFF, eddy={"lag": False})
+    truth = run(
+        earth={"along_path": False}, hinged=OFF, propeller=OFF, memory=OFF, eddy={"lag": False}, electronics=OFF
+    )
     ambient = truth.part("earth", "cabin_center")
     size = np.linalg.norm(ambient, axis=1)
     u = ambient / size[:, None]

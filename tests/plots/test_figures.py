@@ -6,11 +6,12 @@ import pytest
 from magsim import plots
 from magsim.errors import RequestError
 from magsim.plots.figures import part_projections
+from magsim.recording import Recording
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-@pytest.mark.parametrize("kind", plots.KINDS)
+@pytest.mark.parametrize("kind", [kind for kind in plots.KINDS if kind != "electronics"])
 def test_every_kind_is_drawn_and_written_whole(kind, calibration, tmp_path):
     target = tmp_path / f"{kind}.png"
     plots.save(plots.KINDS[kind](calibration, None), target)
@@ -55,6 +56,24 @@ def test_unknown_sensor_is_named_with_those_that_there_are(calibration):
 def test_interference_needs_truth(calibration):
     with pytest.raises(RequestError, match="truth"):
         plots.plot_interference(calibration.blind())
+
+
+def test_electronics_needs_currents(calibration):
+    with pytest.raises(RequestError, match=r"no currents.*field\.electronics"):
+        plots.plot_electronics(calibration)
+
+
+def test_electronics_draws_what_changes(calibration, tmp_path):
+    time = calibration.time_s
+    pump, volts = 4.0 * (np.sin(0.1 * time) > 0.0), 28.0 - 0.01 * np.sin(time)
+    extra = {"cur_pump_a": pump, "cur_radio_a": np.full(len(time), 18.0), "vol_main_v": volts}
+    loaded = Recording(calibration.name, time, {**calibration.data, **extra})
+    figure = plots.plot_electronics(loaded)
+    labels = [axes.get_ylabel().split("\n")[0] for axes in figure.axes]
+    assert labels == ["pump", "buses less"]
+    np.testing.assert_array_equal(figure.axes[0].lines[0].get_ydata(), pump)
+    plots.save(figure, tmp_path / "electronics.png")
+    plots.save(plots.plot_electronics(loaded.blind()), tmp_path / "blind.png")
 
 
 def test_only_png_and_svg_are_written(calibration, tmp_path):

@@ -17,6 +17,7 @@ LINEAR = (
     "field.hinged.enabled=false",
     "field.memory.enabled=false",
     "field.eddy.lag=false",
+    "field.electronics.enabled=false",
     "sensors.scalar[0].noise_nt_rthz=0.0",
 )
 

@@ -1,4 +1,4 @@
-"""What ``magnetics.toml`` of an aircraft may say: mounts, permanent moments, what turns, steel parts, loops.
+"""What ``magnetics.toml`` of an aircraft may say: mounts, permanent moments, what turns, steel parts, loops, wiring.
 
 All places are in meters in body axes (forward, right, down) from the aircraft's datum. Each group of numbers
 carries a ``source``: where it was read, or ``estimate: ...`` with the published level that set it.
@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from magsim.aircraft.magnetics.circuits import LOADS, Bus, Circuit, check_circuits, wire_at
 from magsim.aircraft.magnetics.coils import Coil
 from magsim.aircraft.magnetics.memory import Memory
 from magsim.aircraft.magnetics.mounts import FlexMode, Mount
@@ -31,10 +32,13 @@ from magsim.config import Name, Strict, Vector
 
 __all__ = [
     "DIPOLE_CLEARANCE_M",
+    "LOADS",
     "SURFACES",
     "Bar",
     "Body",
     "BoxSheet",
+    "Bus",
+    "Circuit",
     "Coil",
     "Cylinder",
     "Dipole",
@@ -79,6 +83,8 @@ class Magnetics(Strict):
     steel: Annotated[tuple[Steel, ...], Field(strict=False)] = ()
     coils: Annotated[tuple[Coil, ...], Field(strict=False)] = ()
     skin: Skin | None = None
+    circuits: Annotated[tuple[Circuit, ...], Field(strict=False)] = ()
+    buses: Annotated[tuple[Bus, ...], Field(strict=False)] = ()
 
     @property
     def eddy_model(self) -> str:
@@ -95,6 +101,9 @@ class Magnetics(Strict):
         check_rotors(self.rotors, self.rotating)
         _unique("steel parts", (name for part in self.steel for name in part.names))
         _unique("coils", (coil.name for coil in self.coils))
+        _unique("circuits", (circuit.name for circuit in self.circuits))
+        _unique("buses", (bus.name for bus in self.buses))
+        check_circuits(self.circuits, self.buses)
         return self
 
     @model_validator(mode="after")
@@ -109,8 +118,8 @@ class Magnetics(Strict):
     def obstacle(self, place: Vector) -> str | None:
         """What stands in the way of a sensor at a place, with what is allowed; None where nothing does.
 
-        A mesh and a point dipole mean nothing closer than their own size. Lofts and files of triangles are known by
-        their mesh alone; ``magsim.field.obstacles`` looks at that.
+        A mesh and a point dipole mean nothing closer than their own size; there is no field inside a wire. Lofts and
+        files of triangles are known by their mesh alone; ``magsim.field.obstacles`` looks at that.
 
         Parameters
         ----------
@@ -128,4 +137,4 @@ class Magnetics(Strict):
             distance = math.dist(place, dipole.position_m)
             if distance < DIPOLE_CLEARANCE_M:
                 return f"{distance:.3g} m from dipole {dipole.name!r}; allowed: at least {DIPOLE_CLEARANCE_M:g} m"
-        return None
+        return wire_at(place, self.circuits)

@@ -1,0 +1,81 @@
+"""Current and voltage sensors of the aircraft's wiring: offset, noise, and the steps of their converter."""
+
+import numpy as np
+
+from magsim import columns
+from magsim.scenario import Electrical
+from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.noise import white_noise
+from magsim.streams import stream
+from magsim.truth import FieldTruth
+
+
+def measure(
+    true: np.ndarray, *, density: float, offset: float, step: float, rate_hz: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Readings of one channel before the recording system.
+
+    Parameters
+    ----------
+    true : (n,) [unit]
+        Current or voltage.
+    density : float [unit/sqrt(Hz)]
+        White noise.
+    offset : float [unit]
+        Standard deviation of the constant error, which the channel draws once.
+    step : float [unit]
+        Least count of the converter; 0 for none.
+    rate_hz : float [Hz]
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    (n,) [unit]
+    """
+    reading = true + offset * rng.standard_normal() + white_noise(rng, true.shape, density, rate_hz)
+    return reading if step == 0.0 else step * np.round(reading / step)
+
+
+def electrical_columns(
+    settings: Electrical, truth: FieldTruth, acquisition: Acquisition, seed: int
+) -> dict[str, np.ndarray]:
+    """Readings of all currents and voltages.
+
+    Parameters
+    ----------
+    settings : Electrical
+    truth : FieldTruth
+    acquisition : Acquisition
+        The same filter as for the magnetometers.
+    seed : int
+
+    Returns
+    -------
+    dict of str to (rows,) [A], [V]
+        None where nothing is recorded, or the flight was computed without wiring.
+    """
+    if not settings.enabled:
+        return {}
+    rate_hz = acquisition.rate_in_hz
+    out = {}
+    for name, current in truth.currents_a.items():
+        reading = measure(
+            current,
+            density=settings.current_noise_a_rthz,
+            offset=settings.current_offset_a,
+            step=settings.current_step_a,
+            rate_hz=rate_hz,
+            rng=stream(seed, f"electrical/current/{name}"),
+        )
+        out[columns.CURRENT.name(circuit=name)] = acquisition(reading)
+    for name, voltage in truth.voltages_v.items():
+        reading = measure(
+            voltage,
+            density=settings.voltage_noise_v_rthz,
+            offset=settings.voltage_offset_v,
+            step=settings.voltage_step_v,
+            rate_hz=rate_hz,
+            rng=stream(seed, f"electrical/voltage/{name}"),
+        )
+        out[columns.VOLTAGE.name(bus=name)] = acquisition(reading)
+    return out
