@@ -20,6 +20,7 @@ COMMANDS = {
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
     "info": ("magsim.cli.info:info", "Say what a recording holds."),
     "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
+    "map": ("magsim.cli.map:map_", "Predict where on an aircraft a magnetometer is quiet."),
     "schema": ("magsim.cli.schema:schema", "Print the JSON schema of scenario files."),
 }
 """Commands by name: where each is, and what it does."""

@@ -3,7 +3,8 @@
 Each kind is one function ``recording -> Figure``; ``KINDS`` is the table that the command line reads.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from magsim import columns
 from magsim.errors import RequestError
+from magsim.plots.slices import Slice
 from magsim.recording import Recording
 from magsim.storage import atomic_write
 
@@ -19,25 +21,26 @@ if TYPE_CHECKING:
 
 __all__ = [
     "KINDS",
+    "Slice",
     "plot_electronics",
     "plot_field",
     "plot_flight",
     "plot_interference",
+    "plot_mounts",
     "plot_residuals",
     "plot_spectrum",
     "save",
 ]
 
 
-def _figures() -> object:
+def _figures(module: str = "figures") -> object:
     try:
-        from magsim.plots import figures
+        return import_module(f"magsim.plots.{module}")
     except ImportError as error:
         if error.name and error.name.startswith("matplotlib"):
             msg = "plots need matplotlib, which is not installed: pip install 'magsim[report]'"
             raise RequestError(msg) from None
         raise
-    return figures
 
 
 def plot_flight(recording: Recording, sensor: str | None = None) -> "Figure":
@@ -89,6 +92,29 @@ def plot_residuals(recording: Recording, sensor: str, estimates: Mapping[str, np
     """
     _need_truth(recording, sensor)
     return _figures().residuals(recording, sensor, estimates)
+
+
+def plot_mounts(
+    title: str,
+    slices: Sequence[Slice],
+    triangles_m: np.ndarray,
+    skin_values: np.ndarray,
+    mounts: Mapping[str, Sequence[float]],
+) -> "Figure":
+    """A mount map: planes through an aircraft, and the aircraft itself, colored by the predicted figure of merit.
+
+    Parameters
+    ----------
+    title : str
+    slices : sequence of Slice
+        Two of them.
+    triangles_m : (t, 3, 3) [m]
+        Corners of the skin's triangles; none where the aircraft has no skin.
+    skin_values : (t,) [nT]
+    mounts : mapping of str to (3,) [m]
+    """
+    drawing = _figures("mounts")
+    return drawing.draw(drawing.MapPicture(title, tuple(slices), triangles_m, skin_values, mounts))
 
 
 KINDS: dict[str, Callable[[Recording, str | None], "Figure"]] = {

@@ -1,0 +1,143 @@
+"""Candidate places for a sensor: in and around an aircraft, on two planes through it, and off its skin."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from magsim.aircraft import Aircraft
+from magsim.errors import RequestError
+from magsim.field.meshes import Surface
+from magsim.field.panels import Panels, solid_angle
+
+MOST_PLACES = 20_000
+"""Most places of one map."""
+
+REACH, BOOM, SPACING = 0.04, 0.30, 0.04
+"""In lengths of the aircraft: how far off it a bracket reaches, how long a boom ahead or behind is, the grid."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """What an aircraft fills.
+
+    Attributes
+    ----------
+    points_m : (n, 3) [m]
+        The vertices of its skin; without one, its mounts and magnetic parts.
+    skin : Surface, optional
+    """
+
+    points_m: np.ndarray
+    skin: Surface | None = None
+
+    @classmethod
+    def of(cls, aircraft: Aircraft, skin: Surface | None) -> "Body":
+        """The body of an aircraft whose skin, if it has one, is given."""
+        if skin is not None:
+            return cls(skin.vertices, skin)
+        magnetics = aircraft.magnetics
+        places = [item.position_m for item in (*magnetics.mounts.values(), *magnetics.permanent, *magnetics.hinged)]
+        return cls(np.array(places + [part.center_m for part in magnetics.steel]))
+
+    @property
+    def box(self) -> np.ndarray:
+        """Least and greatest place along each axis, (2, 3) [m]."""
+        return np.stack([self.points_m.min(axis=0), self.points_m.max(axis=0)])
+
+    @property
+    def length_m(self) -> float:
+        """Extent along the forward axis [m]."""
+        return float(np.ptp(self.points_m[:, 0]))
+
+    def inside(self, points: np.ndarray) -> np.ndarray:
+        """Whether points lie within a closed part of the skin, (p,) bool."""
+        if self.skin is None:
+            return np.zeros(len(points), dtype=bool)
+        panels = Panels(self.skin.vertices[self.skin.triangles])
+        # Seen from within, a closed surface fills the whole sphere.
+        return np.array([abs(solid_angle(panels, point[None]).sum()) > 2.0 * np.pi for point in points])
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """About the distance from points to what the aircraft fills, (p,) [m]."""
+        known = [self.points_m]
+        if self.skin is not None:
+            known.append(self.skin.vertices[self.skin.triangles].mean(axis=1))
+        return cKDTree(np.concatenate(known)).query(points)[0]
+
+
+def free(aircraft: Aircraft, points: np.ndarray) -> np.ndarray:
+    """Whether nothing magnetic stands in the way of a sensor at points, (p,) bool."""
+    return np.array([aircraft.magnetics.obstacle(tuple(point.tolist())) is None for point in points], dtype=bool)
+
+
+def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places on a grid, within reach of the aircraft or on a boom ahead or behind.
+
+    Parameters
+    ----------
+    body : Body
+    spacing_m : float [m]
+
+    Returns
+    -------
+    points : (p, 3) [m]
+    inside : (p,) bool
+
+    Raises
+    ------
+    RequestError
+        If there are too many.
+    """
+    reach, boom = REACH * body.length_m, BOOM * body.length_m
+    low, high = body.box[0] - (boom, reach, reach), body.box[1] + (boom, reach, reach)
+    axes = [spacing_m * np.arange(np.ceil(a / spacing_m), np.floor(b / spacing_m) + 1) for a, b in zip(low, high)]
+    count = int(np.prod([len(axis) for axis in axes]))
+    if count > 50 * MOST_PLACES:
+        raise _too_many(spacing_m, body)
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    distance = body.distance(points)
+    beyond = (points[:, 0] < body.box[0, 0]) | (points[:, 0] > body.box[1, 0])
+    near = (distance < reach) | (beyond & (np.abs(points[:, 1]) < 0.5 * spacing_m) & (np.abs(points[:, 2]) < 3.0 * reach))
+    if body.skin is not None:
+        wide = np.all((points > body.box[0]) & (points < body.box[1]), axis=1)
+        near[wide & ~near] = body.inside(points[wide & ~near])
+    points = points[near]
+    if len(points) > MOST_PLACES:
+        raise _too_many(spacing_m, body)
+    return points, body.inside(points)
+
+
+def _too_many(spacing_m: float, body: Body) -> RequestError:
+    msg = (
+        f"--spacing {spacing_m:g} makes more than {MOST_PLACES} places around an aircraft of {body.length_m:.1f} m; "
+        f"allowed: a wider one, such as {SPACING * body.length_m:.2g}"
+    )
+    return RequestError(msg)
+
+
+def plane(body: Body, spacing_m: float, normal: int, at_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A plane through the aircraft.
+
+    Parameters
+    ----------
+    body : Body
+    spacing_m : float [m]
+    normal : int
+        Number of the axis across the plane.
+    at_m : float [m]
+        Its place along that axis.
+
+    Returns
+    -------
+    first, second : (m,), (n,) [m]
+        Places along the two other axes.
+    points : (m, n, 3) [m]
+    """
+    margin = np.array([BOOM, 2.0 * REACH, 2.0 * REACH]) * body.length_m
+    low, high = body.box[0] - margin, body.box[1] + margin
+    others = [axis for axis in range(3) if axis != normal]
+    sides = [np.arange(low[axis], high[axis] + spacing_m, spacing_m) for axis in others]
+    points = np.full((len(sides[0]), len(sides[1]), 3), at_m)
+    points[..., others[0]], points[..., others[1]] = np.meshgrid(*sides, indexing="ij")
+    return sides[0], sides[1], points
