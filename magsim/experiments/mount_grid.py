@@ -98,7 +98,9 @@ def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     distance = body.distance(points)
     beyond = (points[:, 0] < body.box[0, 0]) | (points[:, 0] > body.box[1, 0])
-    near = (distance < reach) | (beyond & (np.abs(points[:, 1]) < 0.5 * spacing_m) & (np.abs(points[:, 2]) < 3.0 * reach))
+    near = (distance < reach) | (
+        beyond & (np.abs(points[:, 1]) < 0.5 * spacing_m) & (np.abs(points[:, 2]) < 3.0 * reach)
+    )
     if body.skin is not None:
         wide = np.all((points > body.box[0]) & (points < body.box[1]), axis=1)
         near[wide & ~near] = body.inside(points[wide & ~near])

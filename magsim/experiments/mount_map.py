@@ -18,8 +18,8 @@ from magsim.arrays import readonly
 from magsim.earth import decimal_years, igrf
 from magsim.errors import RequestError
 from magsim.field import AircraftResponse, response_at
-from magsim.field.dipoles import HingedDipole, hinged_field
-from magsim.frames import rot_nb_from_attitude, rotate_back
+from magsim.field.dipoles import HingedDipole, dipole_field
+from magsim.frames import rot_nb_from_attitude, rotate_about, rotate_back
 from magsim.recording import Recording
 
 HINGE_STEP_RAD = 0.2
@@ -138,8 +138,10 @@ def _scaled(matrix: np.ndarray) -> np.ndarray:
 
 
 def _hinged_at(dipole: HingedDipole, angles: np.ndarray, points: np.ndarray) -> np.ndarray:
-    cos, sin = np.cos(angles), np.sin(angles)
-    return np.stack([hinged_field(dipole, cos, sin, point) for point in points], axis=1)
+    """Field of a hinged dipole at some deflections, (angles, p, 3) [nT]."""
+    moment = rotate_about(dipole.hinge_axis, angles, dipole.moment)
+    position = dipole.hinge_point + rotate_about(dipole.hinge_axis, angles, dipole.position - dipole.hinge_point)
+    return dipole_field(position[:, None, :], moment[:, None, :], points)
 
 
 def _cells(recording: Recording) -> tuple[np.ndarray, list[np.ndarray]]:

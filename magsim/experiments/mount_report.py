@@ -93,7 +93,9 @@ class MountMap:
 
     def to_text(self, count: int = 5) -> str:
         """The table for people."""
-        head = f"{'place':<22}{'forward':>9}{'right':>9}{'down':>9}{'FOM':>11}{'STD':>11}{'FOM left':>11}{'STD left':>11}"
+        head = (
+            f"{'place':<22}{'forward':>9}{'right':>9}{'down':>9}{'FOM':>11}{'STD':>11}{'FOM left':>11}{'STD left':>11}"
+        )
         lines = [self.title, "", head, f"{'':<22}{'m':>9}{'m':>9}{'m':>9}{'nT':>11}{'nT':>11}{'nT':>11}{'nT':>11}"]
         for place in self.table(count):
             numbers = (place.fom_nt, place.std_nt, place.fom_left_nt, place.std_left_nt)
@@ -205,10 +207,9 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> objec
     """
     surface = outline_of(aircraft)
     body = Body.of(aircraft, surface)
-    middle = 0.0 if surface is None else float(np.median(body.points_m[:, 2]))
     slices = [
         _sliced(aircraft, recording, body, whole.spacing_m, 1, 0.0),
-        _sliced(aircraft, recording, body, whole.spacing_m, 2, middle),
+        _sliced(aircraft, recording, body, whole.spacing_m, 2, 0.0),
     ]
     triangles = np.zeros((0, 3, 3)) if surface is None else surface.vertices[surface.triangles]
     colors = np.zeros(0) if surface is None else _off_skin(aircraft, recording, surface)
@@ -224,7 +225,7 @@ def _sliced(
     values = np.full(len(flat), np.nan)
     values[rows] = predict(aircraft, recording, _named(flat[rows])).fom_nt
     others = tuple(axis for axis in range(3) if axis != normal)
-    title = f"{AXES[normal]} = {at_m:.2g} m"
+    title = f"{AXES[normal]} = {at_m:g} m"
     return plots.Slice(title, across, up, values.reshape(points.shape[:2]), others)
 
 
@@ -274,7 +275,9 @@ def _page(whole: MountMap, picture: str, places: Sequence[Place]) -> str:
         "td:first-child,th:first-child{text-align:left}</style></head>\n<body>\n"
         f"<h1>{title}</h1>\n"
         f'<img alt="predicted figure of merit in and around the aircraft" src="data:image/png;base64,{picture}">\n'
-        "<table><thead><tr>" + "".join(f"<th>{name}</th>" for name in head) + "</tr></thead>\n<tbody>\n"
+        "<table><thead><tr>"
+        + "".join(f"<th>{name}</th>" for name in head)
+        + "</tr></thead>\n<tbody>\n"
         + "\n".join(rows)
         + "\n</tbody></table>\n"
         + "".join(f"<p>{html.escape(line)}</p>\n" for line in whole.legend)

@@ -39,46 +39,63 @@ class MapPicture:
 
 def draw(picture: MapPicture) -> Figure:
     """The picture of a mount map."""
-    figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained")
+    figure = Figure(figsize=(14.0, 7.6), dpi=110, layout="constrained")
     figure.patch.set_facecolor("white")
     values = np.concatenate([part.values.ravel() for part in picture.slices])
-    low, high = np.nanpercentile(values, [1.0, 99.0])
+    low, high = np.nanpercentile(values, [0.5, 97.0])
     norm = LogNorm(max(low, 1e-6 * high), high)
     has_skin = len(picture.triangles_m) > 0
-    grid = figure.add_gridspec(2, 2 if has_skin else 1, width_ratios=(1.25, 1.0) if has_skin else (1.0,))
-    shown = None
-    for row, part in enumerate(picture.slices):
-        axes = figure.add_subplot(grid[row, 0])
-        shown = _slice(axes, part, picture, norm)
+    heights = [max(np.ptp(part.up) / np.ptp(part.across), 0.3) for part in picture.slices]
+    grid = figure.add_gridspec(2, 2 if has_skin else 1, width_ratios=(1.0, 1.2)[: 1 + has_skin], height_ratios=heights)
+    shown = [_slice(figure.add_subplot(grid[row, 0]), part, picture, norm) for row, part in enumerate(picture.slices)]
     if has_skin:
         _skin(figure.add_subplot(grid[:, 1], projection="3d"), picture, norm)
-    bar = figure.colorbar(shown, ax=figure.axes, shrink=0.6, pad=0.01)
+    bar = figure.colorbar(shown[-1], ax=figure.axes, shrink=0.6, pad=0.01, extend="both")
     bar.set_label("predicted figure of merit [nT]", color=INK, fontsize=9)
     figure.suptitle(picture.title, fontsize=11, color=INK, x=0.01, ha="left")
+    names = ",  ".join(f"{number} {name}" for number, name in enumerate(picture.mounts, start=1))
+    figure.supxlabel(f"mounts: {names}", fontsize=8, color=INK, x=0.01, ha="left")
     return figure
 
 
 def _slice(axes: Axes, part: Slice, picture: MapPicture, norm: LogNorm) -> object:
     first, second = part.axes
-    edges = [np.concatenate([side - 0.5 * (side[1] - side[0]), side[-1:] + 0.5 * (side[1] - side[0])])
-             for side in (part.across, part.up)]
+    edges = [_edges(side) for side in (part.across, part.up)]
     shown = axes.pcolormesh(*edges, np.ma.masked_invalid(part.values.T), norm=norm, cmap=COLORS, rasterized=True)
     if len(picture.triangles_m):
         flat = picture.triangles_m[:, :, [first, second]]
         closed = np.concatenate([flat, flat[:, :1], np.full_like(flat[:, :1], np.nan)], axis=1)
         axes.plot(*closed.reshape(-1, 2).T, color="white", lw=0.25, alpha=0.5)
-    for name, place in picture.mounts.items():
-        axes.plot(place[first], place[second], "o", ms=3.5, mfc="white", mec=INK, mew=0.8)
-        axes.annotate(name, (place[first], place[second]), xytext=(3, 3), textcoords="offset points", fontsize=6, color=INK)
+    for number, place in enumerate(picture.mounts.values(), start=1):
+        at = place[first], place[second]
+        axes.plot(*at, "o", ms=3.0, mfc="white", mec=INK, mew=0.7)
+        # Numbers of mounts that lie close together fan out.
+        aside = (4 if number % 2 else -4, 3 + 4 * (number % 3))
+        axes.annotate(
+            str(number),
+            at,
+            xytext=aside,
+            textcoords="offset points",
+            ha="left" if number % 2 else "right",
+            fontsize=6.5,
+            color=INK,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.7},
+        )
     axes.set_aspect("equal")
-    if second == 2:
-        axes.invert_yaxis()  # down is down
+    axes.set_xlim(edges[0][0], edges[0][-1])
+    axes.set_ylim(*(edges[1][[-1, 0]] if second == 2 else edges[1][[0, -1]]))  # down is down
     names = ("forward", "right", "down")
     axes.set_xlabel(f"{names[first]} [m]", fontsize=9, color=INK)
     axes.set_ylabel(f"{names[second]} [m]", fontsize=9, color=INK)
     axes.tick_params(labelsize=8, colors=INK)
     axes.set_title(part.title, fontsize=9, loc="left", color=INK)
     return shown
+
+
+def _edges(side: np.ndarray) -> np.ndarray:
+    """Borders of cells around evenly spaced places."""
+    half = 0.5 * (side[1] - side[0])
+    return np.append(side - half, side[-1] + half)
 
 
 def _skin(axes: Axes, picture: MapPicture, norm: LogNorm) -> None:
@@ -90,7 +107,7 @@ def _skin(axes: Axes, picture: MapPicture, norm: LogNorm) -> None:
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_zlim(low[2], high[2])
-    axes.set_box_aspect(high - low, zoom=1.25)
-    axes.view_init(elev=28, azim=-50)
+    axes.set_box_aspect(high - low, zoom=1.55)
+    axes.view_init(elev=30, azim=-50)
     axes.set_axis_off()
     axes.set_title("on the aircraft, just off its skin", fontsize=9, loc="left", color=INK)
