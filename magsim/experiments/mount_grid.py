@@ -91,7 +91,10 @@ def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
     """
     reach, boom = REACH * body.length_m, BOOM * body.length_m
     low, high = body.box[0] - (boom, reach, reach), body.box[1] + (boom, reach, reach)
-    axes = [spacing_m * np.arange(np.ceil(a / spacing_m), np.floor(b / spacing_m) + 1) for a, b in zip(low, high)]
+    axes = [
+        spacing_m * np.arange(np.ceil(a / spacing_m), np.floor(b / spacing_m) + 1)
+        for a, b in zip(low, high, strict=True)
+    ]
     count = int(np.prod([len(axis) for axis in axes]))
     if count > 50 * MOST_PLACES:
         raise _too_many(spacing_m, body)
@@ -118,8 +121,8 @@ def _too_many(spacing_m: float, body: Body) -> RequestError:
     return RequestError(msg)
 
 
-def plane(body: Body, spacing_m: float, normal: int, at_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A plane through the aircraft.
+def plane(body: Body, spacing_m: float, normal: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A plane through the aircraft's datum.
 
     Parameters
     ----------
@@ -127,8 +130,6 @@ def plane(body: Body, spacing_m: float, normal: int, at_m: float) -> tuple[np.nd
     spacing_m : float [m]
     normal : int
         Number of the axis across the plane.
-    at_m : float [m]
-        Its place along that axis.
 
     Returns
     -------
@@ -140,6 +141,6 @@ def plane(body: Body, spacing_m: float, normal: int, at_m: float) -> tuple[np.nd
     low, high = body.box[0] - margin, body.box[1] + margin
     others = [axis for axis in range(3) if axis != normal]
     sides = [np.arange(low[axis], high[axis] + spacing_m, spacing_m) for axis in others]
-    points = np.full((len(sides[0]), len(sides[1]), 3), at_m)
+    points = np.full((len(sides[0]), len(sides[1]), 3), 0.0)
     points[..., others[0]], points[..., others[1]] = np.meshgrid(*sides, indexing="ij")
     return sides[0], sides[1], points

@@ -15,7 +15,7 @@ from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
 from magsim.experiments.mount_grid import SPACING, Body, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
-from magsim.field import outline_of
+from magsim.field.outline import outline_of
 from magsim.field.meshes import Surface
 from magsim.recording import Recording
 from magsim.scenario import load_scenario
@@ -111,12 +111,15 @@ class MountMap:
     @property
     def legend(self) -> tuple[str, ...]:
         """What the numbers are."""
-        return (
+        fom = (
             f"FOM: sum over {self.mounts.cells} headings and maneuvers of the peak to peak of the interference in 0.1 "
-            "to 0.6 Hz; STD: its standard deviation over the maneuvers.",
-            "left: after Tolles-Lawson with 18 terms fitted to the same flight. Predicted to first order, without "
-            "instrument noise and magnetic memory.",
+            "to 0.6 Hz; STD: its standard deviation over the maneuvers."
         )
+        left = (
+            "left: after Tolles-Lawson with 18 terms fitted to the same flight. Predicted to first order, without "
+            "instrument noise and magnetic memory."
+        )
+        return fom, left
 
     def to_json(self, count: int = 5) -> str:
         """The table as JSON: the same bytes for the same flight."""
@@ -208,25 +211,22 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> objec
     surface = outline_of(aircraft)
     body = Body.of(aircraft, surface)
     slices = [
-        _sliced(aircraft, recording, body, whole.spacing_m, 1, 0.0),
-        _sliced(aircraft, recording, body, whole.spacing_m, 2, 0.0),
+        _sliced(aircraft, recording, body, whole.spacing_m, 1),
+        _sliced(aircraft, recording, body, whole.spacing_m, 2),
     ]
     triangles = np.zeros((0, 3, 3)) if surface is None else surface.vertices[surface.triangles]
     colors = np.zeros(0) if surface is None else _off_skin(aircraft, recording, surface)
     return plots.plot_mounts(whole.title, slices, triangles, colors, aircraft.mounts)
 
 
-def _sliced(
-    aircraft: Aircraft, recording: Recording, body: Body, spacing: float, normal: int, at_m: float
-) -> plots.Slice:
-    across, up, points = plane(body, 0.5 * spacing, normal, at_m)
+def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float, normal: int) -> plots.Slice:
+    across, up, points = plane(body, 0.5 * spacing, normal)
     flat = points.reshape(-1, 3)
     rows = np.flatnonzero(free(aircraft, flat) & (body.distance(flat) > 0.25 * spacing))
     values = np.full(len(flat), np.nan)
     values[rows] = predict(aircraft, recording, _named(flat[rows])).fom_nt
     others = tuple(axis for axis in range(3) if axis != normal)
-    title = f"{AXES[normal]} = {at_m:g} m"
-    return plots.Slice(title, across, up, values.reshape(points.shape[:2]), others)
+    return plots.Slice(f"{AXES[normal]} = 0", across, up, values.reshape(points.shape[:2]), others)
 
 
 def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface) -> np.ndarray:
@@ -258,8 +258,7 @@ def write_page(whole: MountMap, figure: object, path: Path, *, count: int = 5, f
 def _page(whole: MountMap, picture: str, places: Sequence[Place]) -> str:
     head = ("place", *(f"{axis} [m]" for axis in AXES), "FOM [nT]", "STD [nT]", "FOM left [nT]", "STD left [nT]")
     rows = [
-        "<tr>"
-        + f"<td>{html.escape(place.name)}</td>"
+        f"<tr><td>{html.escape(place.name)}</td>"
         + "".join(f"<td>{x:.2f}</td>" for x in place.position_m)
         + "".join(f"<td>{x:.4g}</td>" for x in (place.fom_nt, place.std_nt, place.fom_left_nt, place.std_left_nt))
         + "</tr>"

@@ -107,7 +107,7 @@ def _skin(axes: Axes, picture: MapPicture, norm: LogNorm) -> None:
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_zlim(low[2], high[2])
-    axes.set_box_aspect(high - low, zoom=1.55)
+    axes.set_box_aspect(high - low, zoom=1.3)
     axes.view_init(elev=30, azim=-50)
     axes.set_axis_off()
     axes.set_title("on the aircraft, just off its skin", fontsize=9, loc="left", color=INK)

@@ -1,0 +1,175 @@
+"""The mount map against the flights that it predicts."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from magsim import metrics, signals
+from magsim.aircraft import load_aircraft
+from magsim.cli import main
+from magsim.errors import RequestError
+from magsim.experiments.mount_grid import Body, grid, plane
+from magsim.experiments.mount_map import FlightSeries, _hinged_at, background, predict
+from magsim.experiments.mount_report import flight_of, make_map, write_page
+from magsim.field.dipoles import HingedDipole, hinged_field
+from magsim.field.meshes import box_surface
+from magsim.recording import Recording
+from magsim.scenario import load_scenario
+from magsim.simulation import simulate
+
+MOUNTS = {"cabin": "cabin_center", "tail": "sgl_mag_1", "ceiling": "sgl_mag_5"}
+SENSORS = ",".join(f'{{name="{name}",mount="{mount}",noise_nt_rthz=0.0}}' for name, mount in MOUNTS.items())
+
+
+@pytest.fixture(scope="module")
+def aircraft():
+    return load_aircraft("c208b")
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    short = ["pattern.leg_m=9000.0", "pattern.period_s=6.0", f"sensors.scalar=[{SENSORS}]"]
+    return simulate(load_scenario("patterns/fom", short))
+
+
+def signatures(recording: Recording, sensor: str) -> tuple[np.ndarray, dict]:
+    """In-band interference of a simulated flight over the maneuvers, and the cells of its figure of merit."""
+    band = signals.band_pass(recording[f"interference_{sensor}_nt"], recording.rate_hz)
+    mask = metrics.crop(recording.time_s) & (recording["turn"] == 0) & (recording["maneuver"] != 0)
+    return band[mask], metrics.fom_cells(band, recording["leg_heading_deg"], recording["maneuver"], mask)
+
+
+def test_prediction_is_what_the_flight_records(aircraft, recording):
+    places = {sensor: aircraft.mounts[mount] for sensor, mount in MOUNTS.items()}
+    found = predict(aircraft, recording, places)
+    assert found.cells == 12
+    for row, sensor in enumerate(found.names):
+        band, cells = signatures(recording, sensor)
+        assert found.std_nt[row] == pytest.approx(band.std(), rel=0.02)
+        assert found.fom_nt[row] == pytest.approx(metrics.fom(cells), rel=0.02)
+        assert found.fom_left_nt[row] < 0.2 * found.fom_nt[row]
+
+
+def test_blind_recording_serves_as_well(aircraft, recording):
+    """A real flight has attitude and labels but no truth."""
+    survey = recording.labeled()
+    place = {"cabin": aircraft.mounts["cabin_center"]}
+    known, told = predict(aircraft, recording, place), predict(aircraft, survey, place)
+    assert told.std_nt[0] == pytest.approx(known.std_nt[0], rel=0.01)
+
+
+def test_background_has_the_strength_of_the_truth(recording):
+    strength = np.linalg.norm(background(recording), axis=1)
+    assert np.abs(strength - recording["clean_cabin_nt"]).max() < 0.05
+
+
+def test_hinged_field_by_rotation_is_the_closed_form():
+    dipole = HingedDipole(
+        position=np.array([-1.0, 2.0, 0.3]),
+        moment=np.array([0.3, 0.8, -0.5]),
+        hinge_point=np.array([-0.8, 2.0, 0.2]),
+        hinge_axis=np.array([0.0, 1.0, 0.0]),
+        surface="elevator",
+    )
+    angles, points = np.array([0.0, 0.3, -0.2]), np.array([[0.5, 0.1, 0.0], [-3.0, 1.0, 1.0]])
+    exact = np.stack([hinged_field(dipole, np.cos(angles), np.sin(angles), point) for point in points], axis=1)
+    np.testing.assert_allclose(_hinged_at(dipole, angles, points), exact, rtol=1e-10)
+
+
+def test_tolles_lawson_takes_a_linear_aircraft_away(aircraft, recording):
+    """Without moving surfaces the signature is linear in the 18 terms but for the lag of the eddy currents."""
+    still = {name: column for name, column in recording.data.items() if not name.startswith("surface_")}
+    flight = Recording(recording.name, recording.time_s, still, recording.meta)
+    found = predict(aircraft, flight, {"cabin": aircraft.mounts["cabin_center"]})
+    assert found.std_left_nt[0] < 5e-4 * found.std_nt[0]
+
+
+def test_recordings_without_maneuvers_are_refused(aircraft, recording):
+    flat = Recording(recording.name, recording.time_s, {**recording.data, "maneuver": np.zeros(len(recording))}, {})
+    with pytest.raises(RequestError, match="no labeled maneuvers"):
+        FlightSeries(flat, aircraft)
+    undated = Recording(recording.name, recording.time_s, recording.data, {})
+    with pytest.raises(RequestError, match="no start_utc"):
+        FlightSeries(undated, aircraft)
+    with pytest.raises(RequestError, match="no place"):
+        predict(aircraft, recording, {})
+
+
+def test_grid_is_inside_near_and_on_booms():
+    box = box_surface((0.0, 0.0, 0.0), (10.0, 2.0, 2.0), 0.5)
+    body = Body(box.vertices, box)
+    assert body.length_m == pytest.approx(10.0)
+    points, inside = grid(body, 0.3)
+    truly = np.all(np.abs(points) < (5.0, 1.0, 1.0), axis=1)
+    np.testing.assert_array_equal(inside, truly)
+    assert inside.sum() > 500
+    assert points[:, 0].min() < -7.5  # a boom behind
+    assert points[:, 0].max() > 7.5
+    with pytest.raises(RequestError, match="--spacing"):
+        grid(body, 0.02)
+
+
+def test_plane_holds_the_datum():
+    box = box_surface((0.0, 0.0, 0.0), (10.0, 2.0, 2.0), 0.5)
+    across, up, points = plane(Body(box.vertices, box), 0.5, 1)
+    assert points.shape == (len(across), len(up), 3)
+    assert not points[..., 1].any()
+    np.testing.assert_array_equal(points[:, 0, 0], across)
+    np.testing.assert_array_equal(points[0, :, 2], up)
+
+
+@pytest.fixture(scope="module")
+def whole(aircraft, recording):
+    return make_map(aircraft, recording, spacing_m=0.8)
+
+
+def test_best_places_are_the_quietest_and_apart(whole):
+    for inside in (True, False):
+        best = whole.best(4, inside=inside)
+        assert [place.fom_nt for place in best] == sorted(place.fom_nt for place in best)
+        assert best[0].fom_nt == whole.places.fom_nt[whole.inside == inside].min()
+        gaps = [math.dist(a.position_m, b.position_m) for a in best for b in best if a is not b]
+        assert min(gaps) >= 3.0 * whole.spacing_m
+    names = [place.name for place in whole.table(2)]
+    assert names[: len(whole.mounts.names)][0] == "sgl_mag_1"  # the stinger
+    assert names[-2:] == ["outside 1", "outside 2"]
+
+
+def test_table_and_json_hold_the_same(whole):
+    text, data = whole.to_text(3), json.loads(whole.to_json(3))
+    assert data["cells"] == 12
+    for place in data["places"]:
+        line = next(line for line in text.splitlines() if line.startswith(f"{place['name']} "))
+        assert f"{place['fom_nt']:.4g}" in line
+
+
+def test_page_needs_nothing_else(whole, tmp_path):
+    from matplotlib.figure import Figure
+
+    target = tmp_path / "map.html"
+    write_page(whole, Figure(), target, count=2)
+    text = target.read_text(encoding="utf-8")
+    assert "data:image/png;base64," in text
+    assert "http" not in text
+    assert text.count("<tr>") == 1 + len(whole.table(2))
+    with pytest.raises(RequestError, match="exists"):
+        write_page(whole, Figure(), target)
+
+
+def test_command_prints_the_table_and_draws(recording, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    recording.write("fom.h5")
+    assert main(["map", "c208b", "--flight", "fom.h5", "--spacing", "1.5", "--top", "1", "-o", "map.png"]) == 0
+    printed = capsys.readouterr().out
+    assert "sgl_mag_1" in printed
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+    assert main(["map", "c208b", "--flight", "fom.h5", "-o", "map.png"]) == 2
+    assert main(["map", "c208b", "--flight", "fom.h5", "-o", "map.pdf"]) == 2
+    assert "allowed" not in capsys.readouterr().out
+
+
+def test_wrong_flights_are_told(aircraft):
+    with pytest.raises(RequestError, match="no scenario|there is no"):
+        flight_of(aircraft, "no_such_flight")
