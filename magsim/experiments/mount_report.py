@@ -15,8 +15,8 @@ from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
 from magsim.experiments.mount_grid import SPACING, Body, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
-from magsim.field.outline import outline_of
 from magsim.field.meshes import Surface
+from magsim.field.outline import outline_of
 from magsim.recording import Recording
 from magsim.scenario import load_scenario
 from magsim.simulation import simulate

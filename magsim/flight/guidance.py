@@ -170,6 +170,8 @@ class Guidance:
 
     def _fade(self, axes: set[str]) -> None:
         """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
+        if not axes and self._hold == 1.0 and self._quiet == 0.0:
+            return
         step = 1.0 / (FADE_S * TICK_HZ)
         hold, quiet = not axes & {"roll", "yaw"}, "roll" in axes and "yaw" not in axes
         self._hold = min(1.0, self._hold + step) if hold else max(0.0, self._hold - step)

@@ -199,20 +199,21 @@ class Pilot:
         return Log(np.arange(len(table)) / self.log_hz, table)
 
     def _guide(self) -> None:
-        value, time, guidance = self.plant.value, self.plant.time_s, self.guidance
+        time, guidance = self.plant.time_s, self.guidance
+        lat, lon, v_north, v_east, v_down, heading, airspeed = self.plant.motion()
         if self._ground is not None:
             if not self._below:
                 self._below = self._look_ahead(self._ground)
             self.plant.ground(self._below.pop())
-        place = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))
+        place = self._plane.motion(lat, lon, v_north, v_east)
         self._start_sweeps(time)
         if self._flying:
             self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
         # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
-        turned = math.atan2(place[3], place[2]) - math.atan2(value("v_east"), value("v_north"))
-        motion = Motion(*place, value("heading") + turned, value("airspeed"), value("v_down"))
+        turned = math.atan2(place[3], place[2]) - math.atan2(v_east, v_north)
+        motion = Motion(*place, heading + turned, airspeed, v_down)
         # The autopilot counts from local north, or grid north near the poles.
-        turned = wrap(turned - self._setup.grid * value("lon"))
+        turned = wrap(turned - self._setup.grid * lon)
         turning, self._turned = wrap(turned - self._turned), turned
         order = guidance.step(time, motion, self._flying)
         if self._watch is not None:

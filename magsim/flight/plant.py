@@ -366,6 +366,11 @@ class Plant:
         index = COLUMN[name]
         return self.row[index] * CHANNELS[index][2]
 
+    def motion(self) -> tuple[float, ...]:
+        """What guidance needs of the last row: the quantities of ``MOTION``, in SI units."""
+        row = self.row
+        return tuple([row[index] * factor for index, factor in _MOTION])
+
     @property
     def fuel_kg(self) -> float:
         """Fuel in the tanks."""
@@ -392,6 +397,12 @@ class FlightTroubleError(DataError):
             f"{math.degrees(value['pitch']):.1f}, angle of attack {math.degrees(value['alpha']):.1f}, sideslip "
             f"{math.degrees(value['beta']):.1f} deg"
         )
+
+
+MOTION = ("lat", "lon", "v_north", "v_east", "v_down", "heading", "airspeed")
+"""Quantities that guidance reads on every tick."""
+
+_MOTION = tuple((COLUMN[name], CHANNELS[COLUMN[name]][2]) for name in MOTION)
 
 
 def _writable() -> tuple[str, ...]:
@@ -422,7 +433,7 @@ def _envelope(facts: Facts) -> Callable[[list[float], float], str]:
 
     def outside(row: list[float], floor: float) -> str:
         # Comparisons are written so that a NaN fails them.
-        if not math.isfinite(math.fsum(row)):
+        if not math.isfinite(sum(row)):
             return "diverged (not a number)"
         if not (row[i_alt] > floor and row[i_contact] == 0.0):
             return "touched the ground"
