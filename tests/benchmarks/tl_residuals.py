@@ -106,6 +106,9 @@ GRADIENT = ("field.earth.along_path=true",)
 WIRING = ("field.electronics.enabled=true",)
 """Currents of the loads, the flap motor at rest."""
 
+CRUST = ("field.crust={rms_nt=60.0}",)
+"""Geology 3000 m below."""
+
 WHOLE = (
     "field.eddy.lag=true",
     "field.earth.along_path=true",
@@ -125,6 +128,7 @@ EFFECTS = (
     Effect("exact length and eddy lag", ("field.eddy.lag=true",), exact=True),
     Effect("main-field gradient, interference known", GRADIENT),
     Effect("main-field gradient, reading fitted", GRADIENT, measured=True),
+    Effect("crust of 60 nT rms on the ground, reading fitted", CRUST, measured=True),
     Effect("moving control surfaces", ("field.hinged.enabled=true",)),
     Effect("propeller", ("field.propeller.enabled=true",)),
     Effect("hysteresis, play 6 %", ("field.memory.enabled=true", "field.memory.viscosity=false")),
