@@ -7,11 +7,15 @@ from scipy.spatial import cKDTree
 
 from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
+from magsim.field import obstacles
 from magsim.field.meshes import Surface
 from magsim.field.panels import Panels, solid_angle
 
 MOST_PLACES = 20_000
 """Most places of one map."""
+
+SKIN_PART = 0.3
+"""Least distance of a candidate from the skin, in spacings: a mesh and a bracket need some."""
 
 REACH, BOOM, SPACING = 0.04, 0.30, 0.04
 """In lengths of the aircraft: how far off it a bracket reaches, how long a boom ahead or behind is, the grid."""
@@ -66,9 +70,10 @@ class Body:
         return cKDTree(np.concatenate(known)).query(points)[0]
 
 
-def free(aircraft: Aircraft, points: np.ndarray) -> np.ndarray:
-    """Whether nothing magnetic stands in the way of a sensor at points, (p,) bool."""
-    return np.array([aircraft.magnetics.obstacle(tuple(point.tolist())) is None for point in points], dtype=bool)
+def free(aircraft: Aircraft, body: Body, points: np.ndarray, spacing_m: float) -> np.ndarray:
+    """Whether a sensor can be at points, a part of a spacing away from the skin, (p,) bool."""
+    clear = np.array([obstacle is None for obstacle in obstacles(aircraft, points)], dtype=bool)
+    return clear & (body.distance(points) > SKIN_PART * spacing_m)
 
 
 def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:

@@ -15,8 +15,8 @@ from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
 from magsim.experiments.mount_grid import SPACING, Body, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
+from magsim.field import obstacles, outline
 from magsim.field.meshes import Surface
-from magsim.field.outline import outline_of
 from magsim.recording import Recording
 from magsim.scenario import load_scenario
 from magsim.simulation import simulate
@@ -27,7 +27,7 @@ FLIGHTS = {"uav": "papers/001_fom"}
 
 DEFAULT_FLIGHT = "patterns/fom"
 
-OFF_SKIN_M = 0.3
+OFF_SKIN_M = 0.4
 """Distance from the skin at which the aircraft is colored."""
 
 APART = 3.0
@@ -175,10 +175,10 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
     RequestError
         If the recording lacks what is needed, or the grid is too fine.
     """
-    body = Body.of(aircraft, outline_of(aircraft))
+    body = Body.of(aircraft, _shells(aircraft))
     spacing = SPACING * body.length_m if spacing_m is None else spacing_m
     points, inside = grid(body, spacing)
-    open_air = free(aircraft, points) & (body.distance(points) > 0.5 * spacing)
+    open_air = free(aircraft, body, points, spacing)
     points, inside = points[open_air], inside[open_air]
     return MountMap(
         aircraft.name,
@@ -188,6 +188,12 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
         inside,
         spacing,
     )
+
+
+def _shells(aircraft: Aircraft) -> Surface | None:
+    """The aircraft's outline, coarse enough to be drawn; None where its file has no skin."""
+    skin = aircraft.magnetics.skin
+    return None if skin is None else outline(skin).surface
 
 
 def _named(points: np.ndarray) -> dict[str, tuple[float, ...]]:
@@ -208,7 +214,7 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> objec
     -------
     matplotlib.figure.Figure
     """
-    surface = outline_of(aircraft)
+    surface = _shells(aircraft)
     body = Body.of(aircraft, surface)
     slices = [
         _sliced(aircraft, recording, body, whole.spacing_m, 1),
@@ -222,7 +228,7 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> objec
 def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float, normal: int) -> plots.Slice:
     across, up, points = plane(body, 0.5 * spacing, normal)
     flat = points.reshape(-1, 3)
-    rows = np.flatnonzero(free(aircraft, flat) & (body.distance(flat) > 0.25 * spacing))
+    rows = np.flatnonzero(free(aircraft, body, flat, 0.5 * spacing))
     values = np.full(len(flat), np.nan)
     values[rows] = predict(aircraft, recording, _named(flat[rows])).fom_nt
     others = tuple(axis for axis in range(3) if axis != normal)
@@ -234,7 +240,7 @@ def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface) -> np.
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     points = corners.mean(axis=1) + OFF_SKIN_M * normals
-    rows = np.flatnonzero(free(aircraft, points))
+    rows = np.flatnonzero([obstacle is None for obstacle in obstacles(aircraft, points)])
     values = np.full(len(points), np.nan)
     values[rows] = predict(aircraft, recording, _named(points[rows])).fom_nt
     return values
