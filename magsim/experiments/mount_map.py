@@ -221,7 +221,7 @@ def predict(aircraft: Aircraft, recording: Recording, places: Mapping[str, Seque
         msg = "there is no place to predict for"
         raise RequestError(msg)
     with threadpool_limits(1):
-        series, response = FlightSeries(recording, aircraft), response_at(aircraft, places)
+        series, response = FlightSeries(recording, aircraft), response_at(aircraft, places, full=False)
         signature = series.signatures(response)
         raw, left = series.score(signature), series.score(series.left(signature))
     return Prediction(tuple(places), response.positions_m, raw[0], left[0], raw[1], left[1], len(series.cells))

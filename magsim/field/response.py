@@ -81,9 +81,9 @@ class AircraftResponse:
         return np.array([self.mounts.index(mount) for mount in mounts], dtype=int)
 
 
-def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray) -> Arrays:
+def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full: bool) -> Arrays:
     """Steel and fixed dipoles, with what those that are not installed ones induce in the steel."""
-    field = steel.at(points)
+    field = steel.at(points, gradient=full)
     permanent = field.reaction_nt.copy()
     for dipole in magnetics.permanent:
         permanent += dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
@@ -103,7 +103,8 @@ def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
     return loops, origins
 
 
-def _coils(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+def _coils(magnetics: Magnetics, points: np.ndarray, *, full: bool) -> Arrays:
+    del full
     loops, origins = coil_loops(magnetics.coils)
     matrix = inductance_matrix(loops)
     resistance = np.zeros_like(matrix)
@@ -118,9 +119,10 @@ def _coils(magnetics: Magnetics, points: np.ndarray) -> Arrays:
     return _eddy_arrays(modes, np.zeros(len(points)))
 
 
-def _skin(magnetics: Magnetics, points: np.ndarray) -> Arrays:
+def _skin(magnetics: Magnetics, points: np.ndarray, *, full: bool) -> Arrays:
     model = skin_model(magnetics)
-    return _eddy_arrays(model.at(points), model.truncation_error(points))
+    error = model.truncation_error(points) if full else np.full(len(points), np.nan)
+    return _eddy_arrays(model.at(points), error)
 
 
 def _wiring(magnetics: Magnetics, points: np.ndarray) -> Arrays:
@@ -142,14 +144,13 @@ def skin_model(magnetics: Magnetics) -> SkinModel:
     return load_skin(magnetics.skin, np.array([mount.position_m for mount in magnetics.mounts.values()]))
 
 
-CONTRIBUTIONS = (_wiring,)
-"""Each makes its arrays of the response from the magnetic file and the places; ``_fixed`` needs the steel too."""
-
 EDDY = {"coils": _coils, "skin": _skin}
 """Models of eddy currents: each makes its arrays of the response from the magnetic file and the places."""
 
 
-def _solve(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel, eddy: str) -> Arrays:
+def _solve(
+    aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel, eddy: str, *, full: bool = True
+) -> Arrays:
     """All numbers that take time, as arrays by name."""
     points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
     _check_places(aircraft, places, steel)
@@ -157,9 +158,9 @@ def _solve(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: Ste
     # LU, Cholesky and eigh give other last bits on another number of threads.
     with threadpool_limits(limits=1):
         try:
-            arrays |= _fixed(aircraft.magnetics, steel, points)
-            for contribution in (*CONTRIBUTIONS, EDDY[eddy]):
-                arrays |= contribution(aircraft.magnetics, points)
+            arrays |= _fixed(aircraft.magnetics, steel, points, full=full)
+            arrays |= EDDY[eddy](aircraft.magnetics, points, full=full)
+            arrays |= _wiring(aircraft.magnetics, points)
         except ValueError as error:
             msg = f"aircraft {aircraft.name}: {error}"
             raise RequestError(msg) from error
@@ -224,7 +225,9 @@ def compute_response(aircraft: Aircraft, eddy: str | None = None) -> AircraftRes
     return _assemble(aircraft.magnetics, tuple(mounts), _solve(aircraft, mounts, compute_steel(aircraft), model))
 
 
-def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]], eddy: str | None = None) -> AircraftResponse:
+def response_at(
+    aircraft: Aircraft, places: Mapping[str, Sequence[float]], eddy: str | None = None, *, full: bool = True
+) -> AircraftResponse:
     """Response of an aircraft at any places; its steel and its skin are solved once and kept by content.
 
     The mesh of a skin is fine near the aircraft's own mounts; ``skin_model(...).resolved`` tells of other places
@@ -238,6 +241,9 @@ def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]], eddy:
         Body axes; by name.
     eddy : str, optional
         ``"skin"`` or ``"coils"``; see ``eddy_model``.
+    full : bool
+        Whether gradients and the error of the modes are asked for, which take two thirds of the time; else they are
+        NaN.
 
     Raises
     ------
@@ -245,7 +251,9 @@ def response_at(aircraft: Aircraft, places: Mapping[str, Sequence[float]], eddy:
         If a place is in or at the steel, a mount at the skin, steel parts touch, or a mesh is not sound.
     """
     model = eddy_model(aircraft, eddy)
-    return _assemble(aircraft.magnetics, tuple(places), _solve(aircraft, places, load_steel(aircraft), model))
+    return _assemble(
+        aircraft.magnetics, tuple(places), _solve(aircraft, places, load_steel(aircraft), model, full=full)
+    )
 
 
 def obstacles(aircraft: Aircraft, points: np.ndarray) -> list[str | None]:
