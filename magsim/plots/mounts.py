@@ -102,6 +102,7 @@ def _skin(axes: Axes, picture: MapPicture, norm: LogNorm) -> None:
     # Seen from the right, ahead and above; matplotlib's z is up.
     corners = picture.triangles_m * (1.0, -1.0, -1.0)
     colors = colormaps[COLORS](norm(np.nan_to_num(picture.skin_values, nan=norm.vmax)))
+    colors[np.isnan(picture.skin_values)] = (0.75, 0.75, 0.75, 1.0)  # where no sensor can be
     axes.add_collection3d(Poly3DCollection(corners, facecolors=colors, edgecolors=(1, 1, 1, 0.15), linewidths=0.2))
     low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
     axes.set_xlim(low[0], high[0])
