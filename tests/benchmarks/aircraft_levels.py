@@ -1,7 +1,6 @@
 """Levels of an aircraft's field at each mount, as ``aircraft/<name>/README.md`` prints them.
 
-Run ``python tests/benchmarks/aircraft_levels.py [AIRCRAFT]``. Four level headings in the Earth's field of the
-calibration flight.
+Run ``python tests/benchmarks/aircraft_levels.py [AIRCRAFT]``. Four level headings in the Earth's field of Ottawa.
 """
 
 import sys
@@ -15,8 +14,8 @@ from magsim.aircraft import load_aircraft
 from magsim.field import AircraftResponse, load_response
 from magsim.frames import rot_nb_from_attitude, rotate_back
 
-EARTH_N = 43012.0 * np.array([np.cos(np.radians(23.0)), 0.0, np.sin(np.radians(23.0))])
-"""South China Sea at 3000 m, without declination [nT]."""
+EARTH_N = np.array([18193.0, -4077.0, 49954.0])
+"""Ottawa, where the published levels come from: IGRF-14, middle of 2025, 300 m [nT]."""
 
 
 def lines(response: AircraftResponse) -> list[str]:
