@@ -13,7 +13,14 @@ from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.scenario import load_scenario
 from magsim.simulation import record
-from tests.benchmarks.compensation_accuracy import LINEAR_WORLD, PAPER_TL_NT, error_std, fitted, linear_residuals
+from tests.benchmarks.compensation_accuracy import (
+    CEILING,
+    LINEAR_WORLD,
+    PAPER_TL_NT,
+    error_std,
+    fitted,
+    linear_residuals,
+)
 from tests.benchmarks.flight_accuracy import closures_m
 
 
@@ -75,6 +82,13 @@ def test_no_row_is_non_finite(calibration, paper_world):
 def test_raw_interference_in_band_is_that_of_a_cabin(calibration):
     std = metrics.band_std(calibration[columns.INTERFERENCE.name(sensor="cabin")], calibration.rate_hz)
     assert 10.0 <= std <= 25.0
+
+
+def test_raw_interference_in_band_is_that_of_a_rear_ceiling(flight):
+    loaded = load_scenario("calibration_c208b", CEILING)
+    truth = compute_field(loaded.scenario, loaded.aircraft, flight)
+    label = record(loaded, flight, truth)[columns.INTERFERENCE.name(sensor="ceiling")]
+    assert 8.0 <= metrics.band_std(label, loaded.scenario.recording.rate_hz) <= 25.0
 
 
 def test_tolles_lawson_leaves_what_paper_000_prints_within_a_factor_of_5(paper_world):

@@ -85,6 +85,8 @@ class FlightSeries:
         curve = signals.spline_derivative(slope, self.rate_hz)
         self._vectors = {"ambient": field_b, "slope": slope, "curve": curve}
         self._angles = _deflections(recording, {dipole.surface for dipole in aircraft.magnetics.hinged})
+        names = [columns.CURRENT.name(circuit=circuit.name) for circuit in aircraft.magnetics.circuits]
+        self._currents = {k: recording[name] for k, name in enumerate(names) if name in recording}
         cosine_rate = signals.spline_derivative(self._direction, self.rate_hz)
         u = self._direction
         terms = [u, *(strength * u[:, i] * u[:, j] for i, j in TERMS if i <= j)]
@@ -104,6 +106,8 @@ class FlightSeries:
         for name, tensor in (("ambient", response.induced), ("slope", slow), ("curve", lag)):
             series = np.column_stack([u[:, i] * self._vectors[name][:, j] for i, j in TERMS])
             out += self._band(series) @ np.stack([tensor[:, i, j] for i, j in TERMS])
+        for number, current in self._currents.items():
+            out += self._band(u * current[:, None]) @ response.wiring_nt_per_a[:, :, number].T
         for surface, angle in self._angles.items():
             turned = self._turned(response, surface)
             shapes = (np.ones_like(angle), np.cos(angle) - 1.0, np.sin(angle))
@@ -203,8 +207,8 @@ def predict(aircraft: Aircraft, recording: Recording, places: Mapping[str, Seque
     ----------
     aircraft : Aircraft
     recording : Recording
-        A flight with labeled maneuvers; only attitude, position, deflections and labels count, so a real flight of
-        the same aircraft serves as well.
+        A flight with labeled maneuvers; only attitude, position, deflections, currents and labels count, so a real
+        flight of the same aircraft serves as well.
     places : mapping of str to (3,) [m]
         Body axes; in the air, away from metal.
 

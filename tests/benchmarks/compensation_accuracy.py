@@ -37,6 +37,9 @@ LINEAR_WORLD = (
     "sensors.fluxgate[0].noise_nt_rthz=0.0",
 )
 
+CEILING = ('sensors.scalar=[{name="ceiling",mount="sgl_mag_5"}]',)
+"""The calibration flight with a magnetometer under the rear ceiling."""
+
 
 def error_std(recording: Recording, estimate: np.ndarray) -> float:
     """In-band STD [nT] of the error against truth on a test recording."""
@@ -101,6 +104,9 @@ def simulated_rows(seeds: int, preset: str) -> list[Row]:
     sensor = raw.scalars[0]
     raw_std = metrics.band_std(raw[columns.INTERFERENCE.name(sensor=sensor)], raw.rate_hz)
     rows = [within("raw_in_band_std", raw_std, "nT", 10.0, 25.0)]
+    ceiling = simulate(load_scenario("calibration_c208b", CEILING))
+    ceiling_std = metrics.band_std(ceiling[columns.INTERFERENCE.name(sensor="ceiling")], ceiling.rate_hz)
+    rows.append(within("rear_ceiling_in_band_std", ceiling_std, "nT", 8.0, 25.0))
     paper = simulate(load_scenario("papers/000_simulated"))
     test = paper.where(split="test")
     tl_std = error_std(test, fitted(paper, TollesLawson(terms=16)).interference(test.blind()))

@@ -58,6 +58,20 @@ def test_prediction_is_what_the_flight_records(aircraft, recording):
         assert found.fom_left_nt[row] < 0.2 * found.fom_nt[row]
 
 
+def test_currents_of_the_drone_count():
+    """The motor's current swings with the throttle: nothing else leaves so much after Tolles-Lawson."""
+    loaded = load_scenario("papers/001_fom", ["field.memory.enabled=false", "sensors.scalar[0].noise_nt_rthz=0.0"])
+    flight, drone = simulate(loaded), loaded.aircraft
+    sensor = loaded.scenario.sensors.scalar[0]
+    found = predict(drone, flight, {sensor.name: drone.mounts[sensor.mount]})
+    band, _ = signatures(flight, sensor.name)
+    assert found.std_nt[0] == pytest.approx(band.std(), rel=0.02)
+    silent = {name: column for name, column in flight.data.items() if not name.startswith("cur_")}
+    quiet = Recording(flight.name, flight.time_s, silent, flight.meta)
+    without = predict(drone, quiet, {sensor.name: drone.mounts[sensor.mount]})
+    assert without.std_left_nt[0] < 0.5 * found.std_left_nt[0]
+
+
 def test_blind_recording_serves_as_well(aircraft, recording):
     """A real flight has attitude and labels but no truth."""
     survey = recording.labeled()
@@ -85,8 +99,8 @@ def test_hinged_field_by_rotation_is_the_closed_form():
 
 
 def test_tolles_lawson_takes_a_linear_aircraft_away(aircraft, recording):
-    """Without moving surfaces and lagging currents the signature is linear in the 18 terms."""
-    still = {name: column for name, column in recording.data.items() if not name.startswith("surface_")}
+    """Without moving surfaces, currents and lag the signature is linear in the 18 terms."""
+    still = {name: column for name, column in recording.data.items() if not name.startswith(("surface_", "cur_"))}
     flight = Recording(recording.name, recording.time_s, still, recording.meta)
     plain = aircraft.magnetics.model_copy(update={"skin": None, "coils": ()})
     found = predict(replace(aircraft, magnetics=plain), flight, {"cabin": aircraft.mounts["cabin_center"]})
