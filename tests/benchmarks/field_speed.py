@@ -22,7 +22,14 @@ from magsim.flight import fly
 from magsim.scenario import load_scenario
 from tests.benchmarks.rows import at_most, finish, stated
 
-SCENARIO, OVERRIDES = "calibration_c208b", ("field.electronics.enabled=true",)
+SCENARIO = "calibration_c208b"
+OVERRIDES = (
+    "field.electronics.enabled=true",
+    "field.flex.enabled=true",
+    "field.variation={}",
+    'field.targets=[{kind="sphere",name="ore",north_m=3000.0,east_m=0.0,depth_m=100.0,radius_m=50.0,susceptibility=0.1}]',
+)
+"""Every part of the field on but the crust."""
 
 
 def cpu_s(work: Callable[[], object]) -> float:
