@@ -1,8 +1,8 @@
 """Which rows of the calibration judge how long to train.
 
-A whole leg held out asks for a heading that nothing has taught, in which every network is worse than a linear model;
-so it says "do not train" even where training pays on the headings that were flown. Blocks of time out of all legs ask
-what the next circuit will ask. They are as long as the samples are correlated, with a gap to what is learned.
+A whole leg held out asks for a heading that nothing has taught. Blocks of time out of all legs ask what the next
+circuit will ask: the headings that were flown. They are as long as the samples are correlated, with a gap to what is
+learned.
 """
 
 from collections.abc import Sequence

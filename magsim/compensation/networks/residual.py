@@ -103,9 +103,9 @@ class ResidualNetwork(Compensator):
         Decay rate v of paper 000's loss for each epoch; 0 learns the truth alone.
     surgery : bool
         Free the gradients of the two losses of ``tutor`` from conflicts.
-    hold_out : {"blocks", "legs"}
-        What the first run is judged on: blocks of time out of training and validation recordings, or the validation
-        recordings. A validation leg flies a heading that no training leg has taught, so ``legs`` can stop at step 0;
+    hold_out : {"legs", "blocks"}
+        What the first run is judged on: the validation recordings, or blocks of time out of training and validation
+        recordings. A validation leg flies a heading that no training leg has taught, and either can stop at step 0;
         ``docs/compensators.md`` has what both give.
     steps, batch, learning_rate, decay, every, patience, threads
         See ``magsim.training.Plan``.
@@ -139,7 +139,7 @@ class ResidualNetwork(Compensator):
     decay: bool = True
     every: Count = 100
     patience: Count = 10
-    hold_out: Literal["blocks", "legs"] = "blocks"
+    hold_out: Literal["legs", "blocks"] = "legs"
     refit: bool = True
     threads: Count = 1
 
