@@ -1,5 +1,6 @@
 """Where the shipped aircraft, scenarios and data sets lie. Nothing is ever written there."""
 
+import os
 from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
@@ -26,18 +27,45 @@ def list_aircraft() -> tuple[str, ...]:
     )
 
 
-def aircraft_dir(name: str) -> Path:
-    """Folder of a shipped aircraft.
+def aircraft_dir(name_or_path: str | Path, base: Path | None = None) -> Path:
+    """Folder of an aircraft: the name of a shipped one, or the path of one's own.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Text with a slash in it is a path, such as ``./mine``; without one it is a name. A ``Path`` is a path.
+    base : Path, optional
+        Where a relative path begins; the working folder if left out.
 
     Raises
     ------
     RequestError
-        If there is no aircraft with that name; the message lists those that there are.
+        If there is no such aircraft: the message lists the names, or says what the folder lacks.
     """
     known = list_aircraft()
-    if name in known:
-        return ROOT / "aircraft" / name
-    msg = f"there is no aircraft '{name[:60]}'; allowed: {', '.join(known)}{_hint(name, known)}"
+    if isinstance(name_or_path, Path) or any(slash in name_or_path for slash in {"/", os.sep}):
+        return _own_aircraft((base or Path()) / name_or_path, known)
+    if name_or_path in known:
+        return ROOT / "aircraft" / name_or_path
+    msg = (
+        f"there is no aircraft '{name_or_path[:60]}'; allowed: {', '.join(known)}, or a folder of your own by its path "
+        f"with a slash, such as ./mine{_hint(name_or_path, known)}"
+    )
+    raise RequestError(msg)
+
+
+def _own_aircraft(folder: Path, known: tuple[str, ...]) -> Path:
+    why = "there is no such folder"
+    # a path that is too long or holds a zero byte is not there
+    with suppress(OSError, ValueError):
+        if folder.is_dir():
+            lacking = [file for file in AIRCRAFT_FILES if not (folder / file).is_file()]
+            if not lacking:
+                return folder
+            why = f"has no {' and no '.join(lacking)}"
+    shown = str(folder)[:200]
+    shown = shown if shown.isprintable() else ascii(shown)
+    msg = f"{shown}: {why}; allowed: a folder with {' and '.join(AIRCRAFT_FILES)}, or the name of {' or '.join(known)}"
     raise RequestError(msg)
 
 

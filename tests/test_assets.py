@@ -62,7 +62,42 @@ def test_scenarios_that_are_not_there(name, text):
     assert len(str(caught.value)) < 800
 
 
-@pytest.mark.parametrize("name", ["c208", "../c208b", "c208b/../c208b", "", "."])
+@pytest.mark.parametrize("path", ["./mine", "mine/", Path("mine"), "../here/mine"])
+def test_an_own_aircraft_is_a_path(path, tmp_path, monkeypatch):
+    folder = tmp_path / "here" / "mine"
+    folder.mkdir(parents=True)
+    monkeypatch.chdir(folder.parent)
+    for file in assets.AIRCRAFT_FILES:
+        (folder / file).write_text("")
+    assert assets.aircraft_dir(path).samefile(folder)
+    monkeypatch.chdir(tmp_path)
+    assert assets.aircraft_dir(path, folder.parent).samefile(folder)
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        (
+            "./nope",
+            "nope: there is no such folder; allowed: a folder with facts.toml and magnetics.toml, or the name of",
+        ),
+        ("./half", "half: has no magnetics.toml; allowed: "),
+        ("./half/facts.toml", "facts.toml: there is no such folder"),
+        ("./a\0b", r"'a\x00b': there is no such folder"),
+        ("./" + "x" * 5000, "there is no such folder"),
+    ],
+)
+def test_own_aircraft_that_are_not_whole(path, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "half").mkdir()
+    (tmp_path / "half" / "facts.toml").write_text("")
+    with pytest.raises(RequestError) as caught:
+        assets.aircraft_dir(path)
+    assert text in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("name", ["c208", "", "."])
 def test_aircraft_that_are_not_there(name):
     with pytest.raises(RequestError, match=r"there is no aircraft '.*'; allowed: .*c208b"):
         assets.aircraft_dir(name)

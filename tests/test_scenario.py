@@ -1,11 +1,14 @@
 """Scenarios: the shipped ones are sound, the wrong ones are told what is wrong."""
 
 import math
+import re
+import shutil
 from pathlib import Path
 
 import pytest
 
 from magsim import assets
+from magsim.aircraft import load_aircraft
 from magsim.errors import RequestError
 from magsim.scenario import PatternBase, Scenario, load_scenario, parts_of
 from magsim.units import G0
@@ -142,7 +145,56 @@ def test_an_unknown_aircraft_is_told_with_everything_else(write):
     first, second = problems(write(text))
     assert first == "s.toml:2: seed: -1 is not allowed; allowed: a whole number of 0 or more, below 9223372036854775808"
     known = ", ".join(assets.list_aircraft())
-    assert second == f"s.toml:3: aircraft: there is no aircraft 'c208'; allowed: {known} (did you mean 'c208b'?)"
+    own = "or a folder of your own by its path with a slash, such as ./mine"
+    assert second == f"s.toml:3: aircraft: there is no aircraft 'c208'; allowed: {known}, {own} (did you mean 'c208b'?)"
+
+
+@pytest.fixture
+def own(write, tmp_path):
+    """A folder of a user's own beside the scenario; the scenario that flies it."""
+    shutil.copytree(assets.aircraft_dir("c208b"), tmp_path / "mine")
+    return write(GOOD.replace('"c208b"', '"./mine"'))
+
+
+def test_an_own_aircraft_lies_where_the_scenario_does(own, tmp_path, monkeypatch):
+    loaded = load_scenario(own)
+    assert (loaded.aircraft.name, loaded.scenario.aircraft) == ("mine", "mine")
+    assert loaded.aircraft.digest == load_aircraft("c208b").digest
+    monkeypatch.chdir(tmp_path / "mine")
+    assert load_scenario("../s.toml").digest == loaded.digest
+    # typed at the command line, a path begins in the working folder
+    assert load_scenario("calibration_c208b", ["aircraft=../mine"]).aircraft.name == "mine"
+    # where the folder lies does not count, what its files say does
+    (tmp_path / "away").mkdir()
+    shutil.move(tmp_path / "mine", tmp_path / "away" / "mine")
+    monkeypatch.chdir(tmp_path)
+    assert load_scenario(own, ["aircraft=away/mine"]).digest == loaded.digest
+    with (tmp_path / "away" / "mine" / "magnetics.toml").open("a") as file:
+        file.write("# heavier\n")
+    assert load_scenario(own, ["aircraft=away/mine"]).digest != loaded.digest
+
+
+def test_what_is_wrong_with_an_own_aircraft_is_told_with_everything_else(own):
+    path = Path("mine/magnetics.toml")
+    path.write_text(re.sub(r"mu_r = [\d.]+", "mu_r = 0.5", path.read_text(), count=1))
+    Path("mine/facts.toml").unlink()
+    (line,) = problems(own)
+    assert line.startswith("s.toml:3: aircraft: mine: has no facts.toml; allowed: a folder with ")
+    Path("mine/facts.toml").write_text("wings = 3\n")
+    seed, *lines = problems(own, "seed=-1")[::-1]
+    assert seed.startswith("--set seed: -1 is not allowed")
+    assert all(line.startswith("s.toml:3: aircraft: mine/") for line in lines)
+    assert any(re.search(r"magnetics.toml:\d+: steel\[0\].mu_r: 0.5 is not allowed; allowed: a num", s) for s in lines)
+    assert any("facts.toml:1: wings: unknown key" in line for line in lines)
+
+
+def test_an_aircraft_flies_instead_of_the_one_that_a_scenario_names():
+    drone = load_aircraft("uav")
+    loaded = load_scenario("papers/001_fom", aircraft=drone)
+    assert loaded.aircraft is drone
+    assert loaded.digest == load_scenario("papers/001_fom").digest
+    with pytest.raises(RequestError, match="uav cannot hold"):
+        load_scenario("calibration_c208b", aircraft=drone)
 
 
 def test_maneuvers_must_fit_into_their_leg(write):

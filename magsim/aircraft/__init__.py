@@ -1,7 +1,7 @@
 """An aircraft as its folder describes it: facts of flight, magnetic parts, mounts, limits.
 
-``aircraft/<name>/facts.toml`` holds geometry, mass, aerodynamics, engine, controls and limits (``Facts``);
-``aircraft/<name>/magnetics.toml`` holds everything magnetic and the mounts (``Magnetics``). Each number has a unit
+An aircraft is a folder, shipped in ``aircraft/<name>`` or one's own. Its ``facts.toml`` holds geometry, mass, aerodynamics, engine, controls and limits (``Facts``);
+its ``magnetics.toml`` holds everything magnetic and the mounts (``Magnetics``). Each number has a unit
 and a source, or is marked an estimate.
 """
 
@@ -59,13 +59,15 @@ class Aircraft:
         return {name: mount.position_m for name, mount in self.magnetics.mounts.items()}
 
 
-def load_aircraft(name: str) -> Aircraft:
-    """Read and check one of the shipped aircraft.
+def load_aircraft(name_or_path: str | Path, base: Path | None = None) -> Aircraft:
+    """Read and check an aircraft: a shipped one, or a folder of one's own.
 
     Parameters
     ----------
-    name : str
-        Name of a folder in ``aircraft``.
+    name_or_path : str or Path
+        Name of a shipped aircraft, or the path of a folder, with a slash in it (``./mine``).
+    base : Path, optional
+        Where a relative path begins; the working folder if left out.
 
     Returns
     -------
@@ -76,7 +78,7 @@ def load_aircraft(name: str) -> Aircraft:
     RequestError
         If there is no such aircraft, or its files are wrong: one line for each problem of both files.
     """
-    folder = assets.aircraft_dir(name)
+    folder = assets.aircraft_dir(name_or_path, base)
     parts: list[BaseModel] = []
     lines: list[str] = []
     digest = hashlib.sha256()
@@ -92,7 +94,7 @@ def load_aircraft(name: str) -> Aircraft:
     files = mesh_files(folder, parts[1])
     for file, content in files.items():
         digest.update(f"{file}\0".encode() + content + b"\0")
-    return Aircraft(name, *parts, digest.hexdigest(), files)
+    return Aircraft(folder.resolve().name, *parts, digest.hexdigest(), files)
 
 
 def mesh_files(folder: Path, magnetics: Magnetics) -> dict[str, bytes]:

@@ -16,6 +16,7 @@ import click
 def map_(aircraft: str, flight: str | None, output: Path | None, **options: float | bool | None) -> None:
     """Predict the figure of merit at the mounts of AIRCRAFT and on a grid in and around it.
 
+    AIRCRAFT is c208b, uav, or the path of a folder of your own, with a slash: ./mine.
     The table is printed; with -o a picture on the aircraft's mesh is drawn, or a page with both.
     """
     from magsim import plots, storage

@@ -156,7 +156,7 @@ def flight_of(aircraft: Aircraft, name_or_file: str | None) -> Recording:
     wanted = name_or_file or FLIGHTS.get(aircraft.name, DEFAULT_FLIGHT)
     if Path(wanted).suffix.lower() in {".h5", ".hdf5"}:
         return Recording.read(wanted)
-    return simulate(load_scenario(wanted, [f'aircraft="{aircraft.name}"']))
+    return simulate(load_scenario(wanted, aircraft=aircraft))
 
 
 def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | None = None) -> MountMap:

@@ -17,7 +17,7 @@ from pydantic import Discriminator, Field, ValidationError, ValidationInfo, fiel
 
 from magsim import assets, config
 from magsim.aircraft import Aircraft, load_aircraft
-from magsim.config import Problems, Strict
+from magsim.config import Document, Problems, Strict
 from magsim.errors import RequestError
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts, check_wind
 from magsim.scenario.base import aircraft_of
@@ -171,7 +171,9 @@ class Scenario(Strict):
     schema_: Literal[1] = Field(alias="schema", description="version of this format")
     seed: int = Field(ge=0, lt=2**63, description="every random number comes from it")
     title: str = ""
-    aircraft: str = Field(description="name of a folder in aircraft/")
+    aircraft: str = Field(
+        description="name of a shipped aircraft, or path of a folder of your own, with a slash: ./mine"
+    )
     start: Start
     terrain: Terrain | None = Field(default=None, description="the ground; without it, the ellipsoid")
     loading: Loading = Loading()
@@ -315,7 +317,9 @@ class LoadedScenario:
             yield self.track.digest
 
 
-def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> LoadedScenario:
+def load_scenario(
+    name_or_path: str | Path, overrides: Sequence[str] = (), *, aircraft: Aircraft | None = None
+) -> LoadedScenario:
     """Read and check a scenario with the aircraft that it flies.
 
     Parameters
@@ -324,10 +328,13 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Lo
         A TOML file, or the name of a shipped scenario with or without ``.toml``.
     overrides : sequence of str
         ``key.path=value`` settings that are laid over the file.
+    aircraft : Aircraft, optional
+        Flies instead of the one that the scenario names.
 
     Returns
     -------
     LoadedScenario
+        Its ``scenario.aircraft`` is the name of the aircraft's folder, whatever path the file gives.
 
     Raises
     ------
@@ -336,13 +343,10 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Lo
     """
     path = assets.scenario_path(name_or_path)
     document = config.read(path, overrides=overrides)
-    name = document.table.get("aircraft")
-    aircraft, also = None, []
-    if isinstance(name, str):
-        try:
-            aircraft = load_aircraft(name)
-        except RequestError as error:
-            also.append(("aircraft", str(error)))
+    aircraft, problems = (aircraft, ()) if aircraft is not None else _aircraft_of(document, path.parent)
+    also = [("aircraft", problem) for problem in problems]
+    if aircraft is not None:
+        document.table["aircraft"] = aircraft.name  # its files count in the digest, not where they lie
     track, problems = _track_of(document.table, path.parent, aircraft)
     also += [("pattern.file", problem) for problem in problems]
     context = {"aircraft": aircraft}
@@ -354,6 +358,21 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Lo
     except RequestError as error:
         document.validate(Scenario, context=context, also=[("terrain.file", str(error))])
     return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground, track)
+
+
+def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Sequence[str]]:
+    """The aircraft that a scenario names, with what is wrong in its files.
+
+    A path in the file begins where the file lies; one that is set on the command line, in the working folder.
+    """
+    name = document.table.get("aircraft")
+    if not isinstance(name, str):
+        return None, ()  # told with everything else that is wrong in the scenario
+    typed = any(override.path == ("aircraft",) for override in document.overrides)
+    try:
+        return load_aircraft(name, None if typed else folder), ()
+    except RequestError as error:
+        return None, str(error).splitlines()
 
 
 def _track_of(

@@ -19,6 +19,11 @@ class Row:
     goal: str
     holds: bool
 
+    def __post_init__(self) -> None:
+        # json knows no numpy scalars
+        object.__setattr__(self, "value", float(self.value))
+        object.__setattr__(self, "holds", bool(self.holds))
+
 
 def at_most(name: str, value: float, unit: str, bound: float) -> Row:
     """Figure that must not exceed a bound."""
