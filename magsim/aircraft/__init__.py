@@ -1,8 +1,8 @@
 """An aircraft as its folder describes it: facts of flight, magnetic parts, mounts, limits.
 
-An aircraft is a folder, shipped in ``aircraft/<name>`` or one's own. Its ``facts.toml`` holds geometry, mass, aerodynamics, engine, controls and limits (``Facts``);
-its ``magnetics.toml`` holds everything magnetic and the mounts (``Magnetics``). Each number has a unit
-and a source, or is marked an estimate.
+The folder is shipped, ``aircraft/<name>``, or a user's own. Its ``facts.toml`` holds geometry, mass, aerodynamics,
+engine, controls and limits (``Facts``); its ``magnetics.toml`` everything magnetic and the mounts (``Magnetics``).
+Each number has a unit and a source, or is marked an estimate.
 """
 
 import hashlib
