@@ -19,6 +19,7 @@ COMMANDS = {
     "benchmark": ("magsim.cli.benchmark:benchmark", "Compare compensators on recordings."),
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
     "info": ("magsim.cli.info:info", "Say what a recording holds."),
+    "export": ("magsim.cli.export:export", "Write a recording for other programs."),
     "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
     "map": ("magsim.cli.map:map_", "Predict where on an aircraft a magnetometer is quiet."),
     "schema": ("magsim.cli.schema:schema", "Print the JSON schema of scenario files."),

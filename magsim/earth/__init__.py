@@ -2,6 +2,7 @@
 
 from magsim.earth.igrf import decimal_year, decimal_years, igrf
 from magsim.earth.local import LocalFrame
+from magsim.earth.utm import utm, utm_zone
 from magsim.earth.wgs84 import (
     ecef_from_geodetic,
     geodetic_from_ecef,
@@ -22,4 +23,6 @@ __all__ = [
     "radii_of_curvature",
     "rot_ne_at",
     "transport_rate",
+    "utm",
+    "utm_zone",
 ]

@@ -1,0 +1,91 @@
+"""HDF5 in the layout that MagNav.jl reads: flat fields, one flight a file, truth in groups.
+
+Its readers take the longest of all root members for the number of rows: a group counts its entries, a text its
+characters. So every root data set has one value for each row, and groups and texts stay shorter than that
+(MagNav.jl, ``src/get_XYZ.jl``, get_XYZ20).
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import magsim
+from magsim import columns
+from magsim.errors import RequestError
+from magsim.exchange import sgl
+from magsim.recording import Recording
+
+
+def write(path: Path, recording: Recording, flight: int) -> None:
+    """Write one flight.
+
+    Parameters
+    ----------
+    path : Path
+        A file that may be overwritten.
+    recording : Recording
+        Columns that have no field in the layout go to the groups ``input``, ``label``, ``truth`` and ``segment``
+        under their own names.
+    flight : int
+        Number of the flight.
+
+    Raises
+    ------
+    RequestError
+        If the layout cannot tell this flight.
+    """
+    import h5py
+
+    fields = sgl.fields_of(recording, flight)
+    _check_time(recording, fields["tt"])
+    groups = _groups(recording)
+    most = max(len(members) for members in groups.values())
+    if most > len(recording):
+        msg = (
+            f"recording {recording.name!r} has {len(recording)} rows, fewer than the {most} columns of one role: "
+            "readers of this format would take these for rows; --roles leaves some out"
+        )
+        raise RequestError(msg)
+    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
+        for name, values in fields.items():
+            file.create_dataset(name, data=values)
+        info = f"magsim {magsim.__version__}: {recording.name}"
+        if len(info) <= len(recording):
+            file["info"] = _text(info)
+        for name, members in groups.items():
+            if members:
+                group = file.create_group(name)
+                for member, value in members.items():
+                    group[member] = value
+
+
+def _check_time(recording: Recording, tt: np.ndarray) -> None:
+    steps = np.diff(tt)
+    if abs(steps[0] * recording.rate_hz - 1.0) > 1e-6 or not np.all(steps > 0.0):
+        msg = (
+            f"recording {recording.name!r} begins with a step of {steps[0]:g} s, which readers of this format take for "
+            f"that of all rows; it is {1.0 / recording.rate_hz:g} s"
+        )
+        raise RequestError(msg)
+
+
+def _groups(recording: Recording) -> dict[str, dict[str, np.ndarray]]:
+    """What the fields do not tell, and which sensor stands where."""
+    mags, fluxes = sgl.magnetometers(recording), sgl.fluxgates(recording)
+    told = {columns.MAG.name(sensor=sensor) for sensor in mags}
+    told |= {columns.FLUX.name(sensor=sensor, axis=axis) for sensor in fluxes for axis in columns.AXES}
+    told |= {*sgl.DIRECT.values(), *sgl.NEGATED.values(), *sgl.RADIANS.values(), columns.RADAR.pattern}
+    groups = {
+        role: {name: recording[name] for name in recording.names(role) if role != "input" or name not in told}
+        for role in columns.ROLES
+    }
+    places = {f"mag_{number}": _text(sensor) for sensor, number in mags.items()}
+    places |= {f"flux_{letter}": _text(sensor) for sensor, letter in fluxes.items()}
+    return groups | {"sensors": places}
+
+
+def _text(text: str) -> np.ndarray:
+    import h5py
+
+    data = text.encode()
+    return np.array(data, dtype=h5py.string_dtype("utf-8", max(1, len(data))))
