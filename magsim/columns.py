@@ -92,6 +92,9 @@ class Family:
 TIME = "time_s"
 
 MAG = Family("mag_{sensor}_nt", "input", "nT", "", "Reading of a scalar magnetometer", "mag_{sensor}_uc")
+MAG_VALID = Family(
+    "mag_{sensor}_valid", "input", "1", "", "1 where the scalar magnetometer reads, 0 where it holds its last reading"
+)
 FLUX = Family("flux_{sensor}_{axis}_nt", "input", "nT", "s", "Reading of a fluxgate axis", "flux_{sensor}_{axis}")
 INS_ATTITUDE = Family(
     "ins_{angle}_deg", "input", "deg", "", "Attitude, WGS-84 position from the INS; heading in [0, 360)"
@@ -129,6 +132,8 @@ TRUE_WIND = Family(
     "true_wind_{direction}_mps", "truth", "m/s", "n", "Motion of the air over ground, turbulence included: n, e, d"
 )
 
+TRUE_TEMPERATURE = Family("true_cabin_c", "truth", "degC", "", "True temperature of the instruments")
+
 CIRCUIT = Family("circuit", "segment", "1", "", "Number of the circuit, from 1")
 LEG = Family("leg", "segment", "1", "", "Number of the leg within its circuit, from 1")
 TURN = Family("turn", "segment", "1", "", "1 in the turn that follows the leg and in transits, else 0")
@@ -140,6 +145,7 @@ SPLIT = Family("split", "segment", "1", "", "0 train, 1 valid, 2 test")
 
 FAMILIES: tuple[Family, ...] = (
     MAG,
+    MAG_VALID,
     FLUX,
     INS_ATTITUDE,
     INS_VELOCITY,
@@ -164,6 +170,7 @@ FAMILIES: tuple[Family, ...] = (
     TRUE_AGL,
     TRUE_GROUND,
     TRUE_WIND,
+    TRUE_TEMPERATURE,
     CIRCUIT,
     LEG,
     TURN,

@@ -13,19 +13,22 @@ from magsim.field import compute_field
 from magsim.field.station import station_field
 from magsim.flight import fly
 from magsim.recording import Recording
-from magsim.scenario import LoadedScenario, RecordingSettings
+from magsim.scenario import Clock, LoadedScenario, RecordingSettings
 from magsim.sensors import (
     Acquisition,
+    Counter,
     base_columns,
     electrical_columns,
     fluxgate_columns,
     ground_columns,
     ins_columns,
+    instants,
     radar_columns,
     scalar_columns,
+    temperature_c,
     true_columns,
 )
-from magsim.trajectory import Flight
+from magsim.trajectory import Flight, Trajectory
 from magsim.truth import FieldTruth
 
 SCHEMA = 1
@@ -98,20 +101,28 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
     time_s = acquisition.time_s
     path = flight.carrier.at(time_s)
     data: dict[str, np.ndarray] = {}
+    turning = any(sensor.gyro_shift for sensor in scenario.sensors.scalar)
+    rate_b = flight.carrier.at(truth.time_s).rate_b if turning else None
     for sensor in scenario.sensors.scalar:
-        data |= scalar_columns(sensor, truth, acquisition, seed)
+        data |= scalar_columns(sensor, truth, acquisition, seed, rate_b)
+    cabin, warmth_c = scenario.sensors.cabin, None
+    if cabin is not None:
+        warmth_c = temperature_c(cabin, truth.time_s, seed)
+        data[columns.TRUE_TEMPERATURE.name()] = acquisition(warmth_c)
     for sensor in scenario.sensors.fluxgate:
-        data |= fluxgate_columns(sensor, truth, acquisition, seed)
+        data |= fluxgate_columns(sensor, truth, acquisition, seed, warmth_c)
     base = scenario.sensors.base
     if base is not None:
         field_n = station_field(base, scenario, loaded.ground, truth.time_s)
         data |= base_columns(base, truth.time_s, field_n, acquisition, seed)
-    data |= ins_columns(scenario.sensors.ins, path, settings.rate_hz, seed)
+    ins = scenario.sensors.ins
+    data |= ins_columns(ins, _path_of(ins, "ins", flight, path, seed), settings.rate_hz, seed)
     data |= true_columns(path)
     if loaded.ground is not None:
         data |= ground_columns(path, loaded.ground)
         if scenario.sensors.radar is not None:
-            data |= radar_columns(scenario.sensors.radar, path, loaded.ground, seed)
+            heard = _path_of(scenario.sensors.radar, "radar", flight, path, seed)
+            data |= radar_columns(scenario.sensors.radar, heard, loaded.ground, seed)
     wind_n = flight.wind_at(time_s)
     if wind_n is not None:
         data |= {columns.TRUE_WIND.name(direction=name): wind_n[:, k] for k, name in enumerate(columns.DIRECTIONS)}
@@ -125,6 +136,13 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
     order = {family: place for place, family in enumerate(columns.FAMILIES)}
     names = sorted(data, key=lambda name: order[columns.find(name)])
     return Recording(loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, acquisition))
+
+
+def _path_of(clock: Clock, name: str, flight: Flight, path: Trajectory, seed: int) -> Trajectory:
+    """The motion that an instrument with a clock of its own saw at the rows."""
+    carrier = flight.carrier
+    taken = instants(clock, path.time_s, name, seed, (carrier.time_s[0], carrier.time_s[-1]))
+    return path if taken is None else carrier.at(taken)
 
 
 def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) -> np.ndarray:
@@ -158,6 +176,12 @@ def _check_finite(name: str, time_s: np.ndarray, data: dict[str, np.ndarray]) ->
 def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> dict[str, object]:
     """Provenance in plain types: no clock, no path, no host."""
     scenario = loaded.scenario
+    counters = {
+        sensor.name: Counter(acquisition, sensor.counter_s).description
+        + f"; readings are tagged at the {sensor.counter_tag}"
+        for sensor in scenario.sensors.scalar
+        if sensor.counter_s > 0.0
+    }
     return {
         "schema": SCHEMA,
         "generator": "magsim",
@@ -174,4 +198,4 @@ def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> d
         "filter": acquisition.decimator.description,
         "maneuvers": [asdict(flown) | {"off_axis_deg": list(flown.off_axis_deg)} for flown in flight.maneuvers],
         "notes": dict(flight.notes),
-    }
+    } | ({"counters": counters} if counters else {})

@@ -56,7 +56,7 @@ def test_every_family_is_complete_and_in_order():
     for family in columns.FAMILIES:
         assert family.meaning
         assert family.unit
-    units = {"_nt": "nT", "_deg": "deg", "_mps": "m/s", "_dps": "deg/s", "_m": "m", "_a": "A", "_v": "V"}
+    units = {"_nt": "nT", "_deg": "deg", "_mps": "m/s", "_dps": "deg/s", "_m": "m", "_a": "A", "_v": "V", "_c": "degC"}
     for family in columns.FAMILIES:
         suffix = "_" + family.pattern.rsplit("_", 1)[-1]
         assert family.unit == units.get(suffix, "1")

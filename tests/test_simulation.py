@@ -21,14 +21,14 @@ FLUX = [{"name": "flux", "mount": "cabin_rear", "offset_nt": (10.0, 0.0, 0.0)}]
 INS = {"attitude_drift_deg": 0.01, "attitude_noise_deg": 0.001, "position_drift_m": 1.0}
 
 
-def loaded(scalars=SCALARS, seed=5, **recording):
+def loaded(scalars=SCALARS, seed=5, sensors=None, **recording):
     table = {
         "schema": 1,
         "seed": seed,
         "aircraft": "toy",
         "start": {"lat_deg": 16.7, "lon_deg": 112.7, "alt_m": 3000.0, "speed_mps": 75.0},
         "pattern": {"kind": "box"},
-        "sensors": {"scalar": scalars, "fluxgate": FLUX, "ins": INS},
+        "sensors": {"scalar": scalars, "fluxgate": FLUX, "ins": INS} | (sensors or {}),
         "recording": {"valid_legs": (2,)} | recording,
     }
     table["start"]["time_utc"] = datetime(2025, 3, 13, 2, tzinfo=UTC)
@@ -37,7 +37,7 @@ def loaded(scalars=SCALARS, seed=5, **recording):
 
 
 def flight(duration_s=40.0):
-    t = np.arange(-60, round(duration_s * 30) + 61) / 30.0
+    t = np.arange(-90, round(duration_s * 30) + 91) / 30.0
     zero = np.zeros(len(t))
     attitude = np.stack([0.1 * np.sin(t), 0.05 * np.sin(0.7 * t), -0.2 + 0.01 * t], axis=1)
     velocity = np.stack([75.0 + zero, zero, zero], axis=1)
@@ -163,6 +163,31 @@ def test_another_sensor_changes_no_other_column(recording):
     more = record(loaded([{"name": "extra", "mount": "stinger"}, *SCALARS]), flight(), truth())
     for name, column in recording.data.items():
         np.testing.assert_array_equal(more[name], column, err_msg=name)
+
+
+def test_an_ins_that_is_late_says_what_was(recording):
+    late = record(loaded(sensors={"ins": INS | {"skew_s": 0.1}}), flight(), truth())
+    for name in recording.data:
+        if not name.startswith("ins"):
+            np.testing.assert_array_equal(late[name], recording[name], err_msg=name)
+    # One row late; the errors of the rows are the same as without.
+    error = recording["ins_roll_deg"] - recording["true_roll_deg"]
+    np.testing.assert_allclose((late["ins_roll_deg"] - error)[1:], recording["true_roll_deg"][:-1], rtol=0, atol=1e-9)
+
+
+def test_errors_of_one_instrument_change_no_other(recording):
+    worn = {"preset": "cs_vapor", "axis_b": (1.0, 0.0, 1.0), "gyro_shift": 1.0, "jitter_s": 0.001}
+    warm = {"cabin": {"settled_c": 40.0}, "fluxgate": [FLUX[0] | {"offset_drift_nt_c": (1.0, 0.0, 0.0)}]}
+    other = record(loaded([SCALARS[0] | worn, SCALARS[1]], sensors=warm), flight(), truth())
+    changed = {name for name in recording.data if not np.array_equal(recording[name], other[name])}
+    cabin = {name for name in recording.data if "_cabin_" in name}
+    assert "mag_cabin_nt" in changed
+    assert changed <= cabin | {"flux_flux_x_nt"}
+    assert set(other.data) - set(recording.data) == {"mag_cabin_valid", "true_cabin_c"}
+    rise = other["flux_flux_x_nt"] - recording["flux_flux_x_nt"]
+    np.testing.assert_allclose(rise, other["true_cabin_c"] - 20.0, rtol=0, atol=1e-8)
+    assert other.meta["counters"]["cabin"].startswith("mean over 0.1 s")
+    assert "counters" not in recording.meta
 
 
 def test_another_seed_changes_instruments_alone(recording):

@@ -35,6 +35,8 @@ from magsim.scenario.geology import (
 )
 from magsim.scenario.instruments import (
     BaseStation,
+    Cabin,
+    Clock,
     Electrical,
     FluxgateSensor,
     Ins,
@@ -83,7 +85,9 @@ __all__ = [
     "Air",
     "BaseStation",
     "Box",
+    "Cabin",
     "Centered",
+    "Clock",
     "Cloverleaf",
     "Combined",
     "Crust",

@@ -1,10 +1,79 @@
 """The instruments on board, and the base station on the ground."""
 
-from pydantic import Field, ValidationInfo, field_validator
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from magsim.config import Name, Strict, Vector
 from magsim.scenario.base import NonNegative, Positive, aircraft_of
 from magsim.scenario.place import Place
+
+Heading = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+Range = Annotated[
+    tuple[float, float], BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
+]
+"""Least and largest value."""
+
+PRESETS: Mapping[str, Mapping[str, Mapping[str, object]]] = {
+    "ScalarSensor": {
+        "cs_vapor": {
+            "noise_nt_rthz": 0.004,
+            "heading_cos_nt": 0.05,
+            "heading_cos2_nt": 0.05,
+            "heading_switch_nt": 0.05,
+            "gyro_shift": 1.0,
+            "counter_s": 0.1,
+            "step_nt": 0.001,
+            "dead_polar_deg": 15.0,
+            "dead_equator_deg": 15.0,
+            "relock_s": 0.5,
+            "range_nt": [20_000.0, 100_000.0],
+        }
+    },
+    "FluxgateSensor": {
+        "fluxgate_survey": {
+            "noise_nt_rthz": 0.015,
+            "offset_nt": [30.0, -20.0, 40.0],
+            "scale_error": [0.002, -0.0015, 0.001],
+            "nonorthogonality_deg": [0.2, -0.15, 0.25],
+            "misalignment_deg": [0.4, -0.3, 0.6],
+            "cross_field_nt": [10.0, -10.0, 10.0],
+            "offset_drift_nt_c": [0.1, -0.1, 0.1],
+            "scale_drift_ppm_c": [20.0, 20.0, 20.0],
+            "bandwidth_hz": 100.0,
+            "range_nt": 100_000.0,
+            "step_nt": 0.1,
+        }
+    },
+    "Ins": {
+        "ins_survey": {
+            "attitude_bias_deg": [0.01, -0.01, 0.03],
+            "attitude_drift_deg": 0.01,
+            "attitude_noise_deg": 0.002,
+            "heading_factor": 2.0,
+            "position_drift_m": 1.0,
+            "position_noise_m": 0.05,
+            "velocity_drift_mps": 0.01,
+            "velocity_noise_mps": 0.005,
+            "correlation_s": 300.0,
+        },
+        "ins_mems": {
+            "attitude_bias_deg": [0.15, -0.1, 0.4],
+            "attitude_drift_deg": 0.15,
+            "attitude_noise_deg": 0.02,
+            "heading_factor": 3.0,
+            "position_drift_m": 2.0,
+            "position_noise_m": 0.2,
+            "velocity_drift_mps": 0.05,
+            "velocity_noise_mps": 0.02,
+            "correlation_s": 120.0,
+            "skew_s": 0.02,
+        },
+    },
+}
+"""Values by kind of table and name; where they come from stands in docs/instruments.md."""
 
 
 class Sensor(Strict):
@@ -24,25 +93,100 @@ class Sensor(Strict):
         return value
 
 
-class ScalarSensor(Sensor):
-    """A total-field magnetometer."""
+class Clock(Strict):
+    """When the values were taken that a row says: ``t - skew_s - drift_ppm 1e-6 t - jitter`` for the tag ``t``."""
 
+    skew_s: float = Field(default=0.0, ge=-0.5, le=0.5, description="how late the reading is; labels are at the tag")
+    jitter_s: NonNegative = Field(default=0.0, le=0.02, description="standard deviation, white from row to row")
+    drift_ppm: float = Field(default=0.0, ge=-200.0, le=200.0, description="growth of the lateness, microseconds a s")
+
+
+class Preset(Strict):
+    """A table whose ``preset`` names values for the keys that it leaves out."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, value: object) -> object:
+        if isinstance(value, Mapping) and isinstance(value.get("preset"), str):
+            return {**PRESETS[cls.__name__].get(value["preset"], {}), **value}
+        return value
+
+
+class ScalarSensor(Sensor, Clock, Preset):
+    """A total-field magnetometer: docs/instruments.md."""
+
+    preset: Literal["cs_vapor"] | None = None
     noise_nt_rthz: NonNegative = Field(default=0.004, description="white noise density")
+    axis_b: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the optical axis, body axes")
+    heading_cos_nt: Heading = Field(default=0.0, description="times cos of the angle between axis and field")
+    heading_cos2_nt: Heading = Field(default=0.0, description="times cos of twice that angle")
+    heading_switch_nt: Heading = Field(default=0.0, description="added ahead of the axis's equator, taken off behind")
+    gyro_shift: float = Field(default=0.0, ge=-1.0, le=1.0, description="share and sign of the Larmor shift by turning")
+    lag_s: NonNegative = Field(default=0.0, le=0.5, description="time constant of first order")
+    counter_s: NonNegative = Field(
+        default=0.0, le=1.0, description="counting window; 0: the recording's filter instead"
+    )
+    counter_tag: Literal["center", "end"] = Field(default="center", description="where in the window the tag is")
+    step_nt: NonNegative = Field(default=0.0, le=100.0, description="least count; 0: none")
+    dead_polar_deg: NonNegative = Field(default=0.0, le=45.0, description="no reading closer to the axis; 0: none")
+    dead_equator_deg: NonNegative = Field(default=0.0, le=45.0, description="no reading closer to its equator; 0: none")
+    relock_s: NonNegative = Field(default=0.0, le=60.0, description="no reading for so long after a dead zone")
+    range_nt: Range | None = Field(default=None, description="least and largest field that is read")
+
+    @field_validator("axis_b")
+    @classmethod
+    def _points(cls, value: Vector) -> Vector:
+        if not any(value):
+            msg = "(0, 0, 0) points nowhere; allowed: a direction of any length but 0"
+            raise ValueError(msg)
+        return value
+
+    @field_validator("range_nt")
+    @classmethod
+    def _ordered(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and not 0.0 <= value[0] < value[1]:
+            msg = f"{list(value)} is no range; allowed: [least, largest], from 0 nT up"
+            raise ValueError(msg)
+        return value
+
+    @property
+    def can_drop_out(self) -> bool:
+        """Whether there are fields that it does not read: then rows carry ``mag_{sensor}_valid``."""
+        return self.dead_polar_deg > 0.0 or self.dead_equator_deg > 0.0 or self.range_nt is not None
 
 
-class FluxgateSensor(Sensor):
-    """A three-axis fluxgate."""
+class FluxgateSensor(Sensor, Clock, Preset):
+    """A three-axis fluxgate: docs/instruments.md."""
 
+    preset: Literal["fluxgate_survey"] | None = None
     noise_nt_rthz: NonNegative = Field(default=0.015, description="white noise density of each axis")
     offset_nt: Vector = (0.0, 0.0, 0.0)
     scale_error: Vector = Field(default=(0.0, 0.0, 0.0), description="relative, 0.001 is 0.1 %")
     nonorthogonality_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="angles xy, xz, yz beyond 90")
     misalignment_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="roll, pitch, yaw of the mounting")
+    cross_field_nt: Vector = Field(default=(0.0, 0.0, 0.0), description="error of each axis in 50 000 nT across it")
+    offset_drift_nt_c: Vector = Field(default=(0.0, 0.0, 0.0), description="offset for each degree of the cabin")
+    scale_drift_ppm_c: Vector = Field(default=(0.0, 0.0, 0.0), description="scale for each degree of the cabin")
+    reference_c: float = Field(default=20.0, ge=-60.0, le=80.0, description="where the drifts are zero")
+    bandwidth_hz: Positive | None = Field(default=None, ge=0.5, description="-3 dB, first order; without it, no limit")
+    range_nt: Positive | None = Field(default=None, description="largest reading of an axis, either sign")
+    step_nt: NonNegative = Field(default=0.0, le=1000.0, description="least count; 0: none")
 
 
-class Ins(Strict):
+class Cabin(Strict):
+    """Temperature of the instruments: an approach of first order, and a slow wander from the seed."""
+
+    start_c: float = Field(default=20.0, ge=-60.0, le=80.0, description="at the first row")
+    settled_c: float = Field(default=20.0, ge=-60.0, le=80.0, description="after a long time")
+    warmup_s: Positive = Field(default=1200.0, description="time constant of the approach")
+    wander_c: NonNegative = Field(default=0.0, le=20.0, description="standard deviation of the wander")
+    wander_s: Positive = Field(default=300.0, description="correlation time of the wander")
+
+
+class Ins(Clock, Preset):
     """Inertial navigation: bias, Gauss-Markov drift and a little white noise on each channel."""
 
+    preset: Literal["ins_survey", "ins_mems"] | None = None
     attitude_bias_deg: Vector = (0.0, 0.0, 0.0)
     attitude_drift_deg: NonNegative = Field(default=0.0, description="standard deviation of the drift")
     attitude_noise_deg: NonNegative = Field(default=0.0, description="white, each row")
@@ -54,7 +198,7 @@ class Ins(Strict):
     correlation_s: Positive = 300.0
 
 
-class Radar(Strict):
+class Radar(Clock):
     """A radar altimeter: height above the ground below, with noise, -1 where no echo is heard."""
 
     noise_m: NonNegative = Field(default=0.3, description="white, each row")
@@ -73,9 +217,11 @@ class BaseStation(Place):
     noise_nt_rthz: NonNegative = Field(default=0.01, description="white noise density")
     rate_hz: float = Field(default=1.0, ge=0.5, le=10.0, description="readings a second, joined by straight lines")
     delay_s: float = Field(default=0.0, ge=-2.0, le=2.0, description="its clock tags readings so much too late")
+    jitter_s: NonNegative = Field(default=0.0, le=0.01, description="standard deviation of each tag")
+    drift_ppm: float = Field(default=0.0, ge=-200.0, le=200.0, description="growth of the delay, microseconds a s")
 
 
-class Electrical(Strict):
+class Electrical(Clock):
     """Current sensors of all circuits and voltmeters of all buses that the aircraft's file names."""
 
     enabled: bool = Field(default=True, description="false: currents flow, nobody records them")
@@ -97,6 +243,7 @@ class Sensors(Strict):
     scalar: tuple[ScalarSensor, ...] = Field(min_length=1, strict=False)
     fluxgate: tuple[FluxgateSensor, ...] = Field(default=(), strict=False)
     ins: Ins = Ins()
+    cabin: Cabin | None = Field(default=None, description="without it, every instrument has its reference_c")
     electrical: Electrical = Electrical()
     radar: Radar | None = Field(default=None, description="needs [terrain]")
     base: BaseStation | None = Field(default=None, description="on the ground, for the diurnal correction")

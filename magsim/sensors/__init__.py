@@ -4,22 +4,27 @@ Every instrument measures at the simulation rate; one anti-alias filter and deci
 rows of readings, labels and truth alike, so that all of them have the same response and add up.
 """
 
-from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.acquisition import Acquisition, Counter
 from magsim.sensors.base import base_columns
+from magsim.sensors.cabin import temperature_c
 from magsim.sensors.electrical import electrical_columns
 from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.sensors.navigation import ins_columns, true_columns
 from magsim.sensors.radar import ground_columns, radar_columns
 from magsim.sensors.scalar import scalar_columns
+from magsim.sensors.timing import instants
 
 __all__ = [
     "Acquisition",
+    "Counter",
     "base_columns",
     "electrical_columns",
     "fluxgate_columns",
     "ground_columns",
     "ins_columns",
+    "instants",
     "radar_columns",
     "scalar_columns",
+    "temperature_c",
     "true_columns",
 ]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.signals import Decimator
+from magsim.signals import POINTS, Decimator, between, window_mean
 
 
 @dataclass(frozen=True)
@@ -76,3 +76,72 @@ class Acquisition:
     def __call__(self, samples: np.ndarray) -> np.ndarray:
         """Rows of a channel, (n, ...) to (rows, ...)."""
         return self.decimator(samples, self.first, self.rows)
+
+    def place_of(self, instants_s: np.ndarray) -> np.ndarray:
+        """Where instants lie among the samples, (m,) [samples]."""
+        return self.first + np.asarray(instants_s, dtype=float) * self.rate_in_hz
+
+    def at(self, samples: np.ndarray, instants_s: np.ndarray) -> np.ndarray:
+        """The filtered signal at any instants, (n,) or (n, c) to (m,) or (m, c).
+
+        The filter leaves nothing from half of the output rate on, so what lies between the samples is told by them.
+
+        Raises
+        ------
+        ValueError
+            If an instant has no run-in.
+        """
+        samples = np.asarray(samples, dtype=float)
+        if samples.ndim > 1:
+            return np.stack([self.at(samples[:, k], instants_s) for k in range(samples.shape[1])], axis=1)
+        return between(self.decimator.everywhere(samples), self.place_of(instants_s) - self.decimator.half)
+
+    @property
+    def reach_s(self) -> float:
+        """How far around an instant samples are read [s]."""
+        return (self.decimator.half + POINTS // 2) / self.rate_in_hz
+
+
+@dataclass(frozen=True)
+class Counter:
+    """A frequency counter in place of the anti-alias filter: the mean over a window around each row.
+
+    Attributes
+    ----------
+    acquisition : Acquisition
+        Rows and samples.
+    window_s : float [s]
+        Gain at a frequency ``f``: ``sin(pi f window) / (pi f window)``. What is faster than half of the row rate folds.
+    """
+
+    acquisition: Acquisition
+    window_s: float
+
+    @property
+    def rate_in_hz(self) -> float:
+        """Samples a second."""
+        return self.acquisition.rate_in_hz
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Times of the rows, (rows,) [s]."""
+        return self.acquisition.time_s
+
+    @property
+    def reach_s(self) -> float:
+        """How far around an instant samples are read [s]."""
+        return self.window_s / 2.0 + (POINTS // 2 + 1) / self.rate_in_hz
+
+    @property
+    def description(self) -> str:
+        """The response in words, for provenance."""
+        return f"mean over {self.window_s:g} s, centered on the row for labels and truth"
+
+    def __call__(self, samples: np.ndarray) -> np.ndarray:
+        """Rows of a channel, (n,) or (n, c) to (rows,) or (rows, c)."""
+        return self.at(samples, self.time_s)
+
+    def at(self, samples: np.ndarray, instants_s: np.ndarray) -> np.ndarray:
+        """Means over windows centered on any instants, (m,) or (m, c)."""
+        place, half = self.acquisition.place_of(instants_s), self.window_s * self.rate_in_hz / 2.0
+        return window_mean(samples, place - half, place + half)

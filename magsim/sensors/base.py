@@ -13,7 +13,11 @@ from magsim.streams import stream
 
 
 def measure(
-    time_s: np.ndarray, total_nt: np.ndarray, station: BaseStation, rng: np.random.Generator
+    time_s: np.ndarray,
+    total_nt: np.ndarray,
+    station: BaseStation,
+    rng: np.random.Generator,
+    jitter: np.random.Generator | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Readings of the station.
 
@@ -24,18 +28,24 @@ def measure(
         Length of the field there.
     station : BaseStation
     rng : numpy.random.Generator
+        Of the noise.
+    jitter : numpy.random.Generator, optional
+        Of the tags, where they have jitter.
 
     Returns
     -------
     tag_s : (m,) [s]
-        Times that the station's clock says, ``delay_s`` after the instants of the readings.
+        Times that the station's clock says: ``delay_s + drift_ppm 1e-6 t`` and the jitter after the instants ``t``.
     reading_nt : (m,) [nT]
         At whole multiples of its sampling interval, from the first to the last inside of ``time_s``.
     """
     first, last = math.ceil(time_s[0] * station.rate_hz - 1e-9), math.floor(time_s[-1] * station.rate_hz + 1e-9)
     instant = np.arange(first, last + 1) / station.rate_hz
     noise = white_noise(rng, instant.shape, station.noise_nt_rthz, station.rate_hz)
-    return instant + station.delay_s, np.interp(instant, time_s, total_nt) + noise
+    tag_s = instant + station.delay_s + 1e-6 * station.drift_ppm * instant
+    if jitter is not None:
+        tag_s = tag_s + station.jitter_s * jitter.standard_normal(len(tag_s))
+    return tag_s, np.interp(instant, time_s, total_nt) + noise
 
 
 def base_columns(
@@ -60,7 +70,8 @@ def base_columns(
         the magnetometers on board are.
     """
     total = norm(field_n)
-    tag_s, reading = measure(time_s, total, station, stream(seed, f"base/{station.name}/noise"))
+    jitter = stream(seed, f"base/{station.name}/jitter") if station.jitter_s > 0.0 else None
+    tag_s, reading = measure(time_s, total, station, stream(seed, f"base/{station.name}/noise"), jitter)
     return {
         columns.BASE.name(sensor=station.name): np.interp(acquisition.time_s, tag_s, reading),
         columns.TRUE_BASE.name(sensor=station.name): acquisition(total),

@@ -6,6 +6,7 @@ from magsim import columns
 from magsim.scenario import Electrical
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.noise import white_noise
+from magsim.sensors.timing import instants
 from magsim.streams import stream
 from magsim.truth import FieldTruth
 
@@ -57,6 +58,12 @@ def electrical_columns(
     if not settings.enabled:
         return {}
     rate_hz = acquisition.rate_in_hz
+    span = (truth.time_s[0] + acquisition.reach_s, truth.time_s[-1] - acquisition.reach_s)
+
+    def rows(name: str, reading: np.ndarray) -> np.ndarray:
+        taken = instants(settings, acquisition.time_s, name, seed, span)
+        return acquisition(reading) if taken is None else acquisition.at(reading, taken)
+
     out = {}
     for name, current in truth.currents_a.items():
         reading = measure(
@@ -67,7 +74,7 @@ def electrical_columns(
             rate_hz=rate_hz,
             rng=stream(seed, f"electrical/current/{name}"),
         )
-        out[columns.CURRENT.name(circuit=name)] = acquisition(reading)
+        out[columns.CURRENT.name(circuit=name)] = rows(f"electrical/current/{name}", reading)
     for name, voltage in truth.voltages_v.items():
         reading = measure(
             voltage,
@@ -77,5 +84,5 @@ def electrical_columns(
             rate_hz=rate_hz,
             rng=stream(seed, f"electrical/voltage/{name}"),
         )
-        out[columns.VOLTAGE.name(bus=name)] = acquisition(reading)
+        out[columns.VOLTAGE.name(bus=name)] = rows(f"electrical/voltage/{name}", reading)
     return out

@@ -1,6 +1,7 @@
-"""The three-axis fluxgate: offset, scale, angles between its axes, mounting angles, noise.
+"""The three-axis fluxgate: offset, scale, angles between its axes, mounting angles, temperature, noise, limits.
 
-``reading_s = diag(1 + scale) N rot_sb B_b + offset + noise``
+``field_s = diag(1 + scale) N rot_sb B_b``, ``reading_s = clip(lag(diag(1 + k dT) field_s + offset + o dT + cross)
++ noise)``, whose rows are whole steps
 
 - ``rot_sb`` turns body axes into the axes of the mounted instrument. The misalignment is the attitude of the
   instrument in the body: roll, pitch, yaw, turned in the order yaw, pitch, roll, ``rot_sb = rot_nb(angles)^T``.
@@ -18,6 +19,8 @@ from magsim.scenario import FluxgateSensor
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.noise import white_noise
 from magsim.sensors.scalar import part_columns
+from magsim.sensors.timing import instants
+from magsim.signals import first_order_lag
 from magsim.streams import stream
 from magsim.truth import FieldTruth
 
@@ -58,7 +61,23 @@ def response(sensor: FluxgateSensor) -> np.ndarray:
     return (1.0 + np.array(sensor.scale_error))[:, None] * np.einsum("ij,jk->ik", axes, rot_sb)
 
 
-def measure(total_b: np.ndarray, sensor: FluxgateSensor, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
+def cross_field(field_s: np.ndarray, sensor: FluxgateSensor) -> np.ndarray:
+    """Error of each axis by what lies across it, with the square of that: ``c (B_across / 50 000 nT)^2``, (n, 3) [nT].
+
+    Its size is told by makers, its form is not: it is that of an effect that does not know the sign of what lies
+    across (ring cores: about 10 nT, Ripka and Billingsley).
+    """
+    squares = (field_s / 50_000.0) ** 2
+    return np.array(sensor.cross_field_nt) * (squares.sum(axis=1, keepdims=True) - squares)
+
+
+def measure(
+    total_b: np.ndarray,
+    sensor: FluxgateSensor,
+    rate_hz: float,
+    rng: np.random.Generator,
+    warmth_c: np.ndarray | None = None,
+) -> np.ndarray:
     """Reading of the instrument before the recording system.
 
     Parameters
@@ -68,18 +87,31 @@ def measure(total_b: np.ndarray, sensor: FluxgateSensor, rate_hz: float, rng: np
     sensor : FluxgateSensor
     rate_hz : float [Hz]
     rng : numpy.random.Generator
+    warmth_c : (n,) [degC], optional
+        Temperature of the cabin; without it, that of the instrument's reference.
 
     Returns
     -------
     (n, 3) [nT]
         Sensor axes.
     """
+    field_s = rotate(response(sensor), total_b)
+    reading = field_s
+    if warmth_c is not None:
+        beyond = (warmth_c - sensor.reference_c)[:, None]
+        reading = reading * (1.0 + 1e-6 * np.array(sensor.scale_drift_ppm_c) * beyond)
+        reading = reading + np.array(sensor.offset_drift_nt_c) * beyond
+    if any(sensor.cross_field_nt):
+        reading = reading + cross_field(field_s, sensor)
     noise = white_noise(rng, total_b.shape, sensor.noise_nt_rthz, rate_hz)
-    return rotate(response(sensor), total_b) + np.array(sensor.offset_nt) + noise
+    if sensor.bandwidth_hz is not None:
+        reading = first_order_lag(reading, 1.0 / (2.0 * math.pi * sensor.bandwidth_hz), rate_hz)
+    reading = reading + np.array(sensor.offset_nt) + noise
+    return reading if sensor.range_nt is None else np.clip(reading, -sensor.range_nt, sensor.range_nt)
 
 
 def correct(reading_s: np.ndarray, sensor: FluxgateSensor) -> np.ndarray:
-    """The field that an instrument with known errors was in: the inverse of ``measure`` without noise.
+    """The field that an instrument with known errors was in: the inverse of ``measure`` for offset, scale and angles.
 
     Parameters
     ----------
@@ -95,7 +127,11 @@ def correct(reading_s: np.ndarray, sensor: FluxgateSensor) -> np.ndarray:
 
 
 def fluxgate_columns(
-    sensor: FluxgateSensor, truth: FieldTruth, acquisition: Acquisition, seed: int
+    sensor: FluxgateSensor,
+    truth: FieldTruth,
+    acquisition: Acquisition,
+    seed: int,
+    warmth_c: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Reading and truth of one fluxgate.
 
@@ -106,16 +142,28 @@ def fluxgate_columns(
     truth : FieldTruth
     acquisition : Acquisition
     seed : int
+    warmth_c : (n,) [degC], optional
+        Temperature of the cabin.
 
     Returns
     -------
     dict of str to (rows,) [nT]
         ``flux`` in sensor axes, and each part of the field in body axes.
+
+    Raises
+    ------
+    DataError
+        If the clock leads out of the record.
     """
     rng = stream(seed, f"fluxgate/{sensor.name}/noise")
     total_b = truth.total(sensor.mount)
     if sensor.mount in truth.tilts_b:
         total_b = turned_back(truth.tilts_b[sensor.mount], total_b)
-    reading = acquisition(measure(total_b, sensor, acquisition.rate_in_hz, rng))
+    raw = measure(total_b, sensor, acquisition.rate_in_hz, rng, warmth_c)
+    span = (truth.time_s[0] + acquisition.reach_s, truth.time_s[-1] - acquisition.reach_s)
+    taken = instants(sensor, acquisition.time_s, f"fluxgate/{sensor.name}", seed, span)
+    reading = acquisition(raw) if taken is None else acquisition.at(raw, taken)
+    if sensor.step_nt > 0.0:
+        reading = sensor.step_nt * np.round(reading / sensor.step_nt)
     out = {columns.FLUX.name(sensor=sensor.name, axis=axis): reading[:, k] for k, axis in enumerate(columns.AXES)}
     return out | part_columns(sensor.name, sensor.mount, truth, acquisition)

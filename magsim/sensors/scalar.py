@@ -1,13 +1,25 @@
-"""The scalar (total-field) magnetometer: it reads the length of the exact vector sum."""
+"""The scalar (total-field) magnetometer: it reads the length of the exact vector sum, with errors of its own.
+
+``reading = hold(step(window(lag(|B| + heading + gyro) + noise)))``, docs/instruments.md. Where it cannot read, the row
+holds the last reading and ``mag_{sensor}_valid`` is 0.
+"""
+
+import math
 
 import numpy as np
 
 from magsim import columns
+from magsim.frames import turned_back
 from magsim.scenario import ScalarSensor
-from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.acquisition import Acquisition, Counter
 from magsim.sensors.noise import white_noise
+from magsim.sensors.timing import instants
+from magsim.signals import first_order_lag
 from magsim.streams import stream
 from magsim.truth import FieldTruth
+
+LARMOR_HZ_NT = 3.498572
+"""Larmor frequency of cesium 133 [Hz/nT] (Geometrics, G-862 manual 27921-OM, section 3)."""
 
 
 def norm(vectors: np.ndarray) -> np.ndarray:
@@ -15,27 +27,96 @@ def norm(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
 
 
-def measure(total_nt: np.ndarray, sensor: ScalarSensor, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
-    """Reading of the instrument before the recording system.
+def axis_cosine(total_b: np.ndarray, sensor: ScalarSensor) -> np.ndarray:
+    """Cosine of the angle between the optical axis and the field, (n, 3) to (n,)."""
+    axis = np.array(sensor.axis_b) / math.hypot(*sensor.axis_b)
+    return np.clip(np.einsum("ni,i->n", total_b, axis) / norm(total_b), -1.0, 1.0)
+
+
+def heading_error(cosine: np.ndarray, sensor: ScalarSensor) -> np.ndarray:
+    """``a cos t + b cos 2t + c sign(cos t)``, (n,) [nT]; the last is the switch of hemispheres."""
+    return (
+        sensor.heading_cos_nt * cosine
+        + sensor.heading_cos2_nt * (2.0 * cosine**2 - 1.0)
+        + sensor.heading_switch_nt * np.where(cosine >= 0.0, 1.0, -1.0)
+    )
+
+
+def gyro_error(total_b: np.ndarray, rate_b: np.ndarray) -> np.ndarray:
+    """What turning about the field adds to the Larmor frequency, as a field: ``w . u / (2 pi gamma)``, (n,) [nT].
 
     Parameters
     ----------
-    total_nt : (n,) [nT]
-        Length of the whole field.
+    total_b : (n, 3) [nT]
+    rate_b : (n, 3) [rad/s]
+    """
+    return np.einsum("ni,ni->n", rate_b, total_b) / norm(total_b) / (2.0 * np.pi * LARMOR_HZ_NT)
+
+
+def measure(
+    total_b: np.ndarray,
+    sensor: ScalarSensor,
+    rate_hz: float,
+    rng: np.random.Generator,
+    *,
+    total_nt: np.ndarray | None = None,
+    rate_b: np.ndarray | None = None,
+) -> np.ndarray:
+    """Reading of the instrument before its counter or the recording system.
+
+    Parameters
+    ----------
+    total_b : (n, 3) [nT]
+        The whole field, axes of what carries the instrument.
     sensor : ScalarSensor
     rate_hz : float [Hz]
     rng : numpy.random.Generator
+    total_nt : (n,) [nT], optional
+        Length of the field, where it is known already.
+    rate_b : (n, 3) [rad/s], optional
+        Angular rate; without it, nothing turns.
 
     Returns
     -------
     (n,) [nT]
-        The length with white noise.
     """
-    return total_nt + white_noise(rng, total_nt.shape, sensor.noise_nt_rthz, rate_hz)
+    reading = norm(total_b) if total_nt is None else total_nt
+    if sensor.heading_cos_nt or sensor.heading_cos2_nt or sensor.heading_switch_nt:
+        reading = reading + heading_error(axis_cosine(total_b, sensor), sensor)
+    if sensor.gyro_shift and rate_b is not None:
+        reading = reading + sensor.gyro_shift * gyro_error(total_b, rate_b)
+    reading = first_order_lag(reading, sensor.lag_s, rate_hz)
+    return reading + white_noise(rng, reading.shape, sensor.noise_nt_rthz, rate_hz)
+
+
+def locked(total_b: np.ndarray, sensor: ScalarSensor, rate_hz: float) -> np.ndarray:
+    """Where the instrument reads: outside of its dead zones and inside of its range, and ``relock_s`` after, (n,)."""
+    lost = np.zeros(len(total_b), dtype=bool)
+    steep = np.abs(axis_cosine(total_b, sensor))
+    if sensor.dead_polar_deg > 0.0:
+        lost |= steep > math.cos(math.radians(sensor.dead_polar_deg))
+    if sensor.dead_equator_deg > 0.0:
+        lost |= steep < math.sin(math.radians(sensor.dead_equator_deg))
+    if sensor.range_nt is not None:
+        total = norm(total_b)
+        lost |= (total < sensor.range_nt[0]) | (total > sensor.range_nt[1])
+    samples = np.arange(len(total_b))
+    last = np.maximum.accumulate(np.where(lost, samples, -len(samples) - math.ceil(sensor.relock_s * rate_hz)))
+    return samples - last > sensor.relock_s * rate_hz if sensor.relock_s > 0.0 else ~lost
+
+
+def hold(reading: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """The last valid reading where there is none; 0 before the first one, (n,)."""
+    last = np.maximum.accumulate(np.where(valid, np.arange(len(valid)), -1))
+    return np.where(last >= 0, reading[last], 0.0)
 
 
 def scalar_columns(
-    sensor: ScalarSensor, truth: FieldTruth, acquisition: Acquisition, seed: int
+    sensor: ScalarSensor,
+    truth: FieldTruth,
+    acquisition: Acquisition,
+    seed: int,
+    rate_b: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Reading, labels and truth of one scalar magnetometer.
 
@@ -45,29 +126,46 @@ def scalar_columns(
         At one of the mounts of ``truth``.
     truth : FieldTruth
     acquisition : Acquisition
-        Filters everything here alike.
+        Filters everything here alike, unless the instrument counts: then its window does.
     seed : int
+    rate_b : (n, 3) [rad/s], optional
+        Angular rate at the samples, for the gyro shift.
 
     Returns
     -------
     dict of str to (rows,) [nT]
         ``mag``, ``interference`` (filtered norm of the whole field less filtered norm of the background),
         ``projection`` (filtered component of the aircraft's field along the background), ``clean``, ``total``,
-        ``error``, and each part in body axes.
+        ``error``, and each part in body axes; ``mag_valid`` [1] where the instrument can drop out.
+
+    Raises
+    ------
+    DataError
+        If the clock leads out of the record.
     """
+    window = Counter(acquisition, sensor.counter_s) if sensor.counter_s > 0.0 else acquisition
     background, platform = truth.background(sensor.mount), truth.platform(sensor.mount)
-    clean, total = norm(background), norm(background + platform)
+    total_b = background + platform
+    clean, total = norm(background), norm(total_b)
+    felt_b = turned_back(truth.tilts_b[sensor.mount], total_b) if sensor.mount in truth.tilts_b else total_b
     rng = stream(seed, f"scalar/{sensor.name}/noise")
-    samples = np.stack(
-        [
-            measure(total, sensor, acquisition.rate_in_hz, rng),
-            clean,
-            total,
-            np.einsum("ni,ni->n", platform, background) / clean,
-        ],
-        axis=1,
-    )
-    reading, clean, total, projection = acquisition(samples).T
+    raw = measure(felt_b, sensor, acquisition.rate_in_hz, rng, total_nt=total, rate_b=rate_b)
+    along = np.einsum("ni,ni->n", platform, background) / clean
+    taken = _taken(sensor, truth, window, seed)
+    if taken is None:
+        reading, clean, total, projection = window(np.stack([raw, clean, total, along], axis=1)).T
+    else:
+        clean, total, projection = window(np.stack([clean, total, along], axis=1)).T
+        reading = window.at(raw, taken)
+    if sensor.step_nt > 0.0:
+        reading = sensor.step_nt * np.round(reading / sensor.step_nt)
+    out = {}
+    if sensor.can_drop_out:
+        place = acquisition.place_of(acquisition.time_s if taken is None else taken)
+        width = (sensor.counter_s or 1.0 / acquisition.rate_out_hz) * acquisition.rate_in_hz
+        valid = whole_windows(locked(felt_b, sensor, acquisition.rate_in_hz), place, width)
+        reading = hold(reading, valid)
+        out[columns.MAG_VALID.name(sensor=sensor.name)] = valid.astype(float)
     values = {
         columns.MAG: reading,
         columns.INTERFERENCE: total - clean,
@@ -76,11 +174,28 @@ def scalar_columns(
         columns.TOTAL: total,
         columns.ERROR: reading - total,
     }
-    out = {family.name(sensor=sensor.name): column for family, column in values.items()}
-    return out | part_columns(sensor.name, sensor.mount, truth, acquisition)
+    out |= {family.name(sensor=sensor.name): column for family, column in values.items()}
+    return out | part_columns(sensor.name, sensor.mount, truth, window)
 
 
-def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisition) -> dict[str, np.ndarray]:
+def whole_windows(good: np.ndarray, place: np.ndarray, width: float) -> np.ndarray:
+    """Where all samples of a window around a place are good: (n,) and (m,) [samples] to (m,)."""
+    count = np.concatenate([[0], np.cumsum(~good)])
+    start = np.ceil(place - width / 2.0 - 1e-6).astype(int)
+    stop = np.floor(place + width / 2.0 + 1e-6).astype(int) + 1
+    return count[stop] == count[start]
+
+
+def _taken(sensor: ScalarSensor, truth: FieldTruth, window: Acquisition | Counter, seed: int) -> np.ndarray | None:
+    """Middles of what the rows were taken over, (rows,) [s]; None where they are the tags."""
+    span = (truth.time_s[0] + window.reach_s + sensor.counter_s, truth.time_s[-1] - window.reach_s)
+    taken = instants(sensor, window.time_s, f"scalar/{sensor.name}", seed, span)
+    if sensor.counter_s > 0.0 and sensor.counter_tag == "end":
+        taken = (window.time_s if taken is None else taken) - sensor.counter_s / 2.0
+    return taken
+
+
+def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisition | Counter) -> dict[str, np.ndarray]:
     """Every part of the field at a sensor, filtered by axis, body axes, (rows,) [nT] each.
 
     Parameters
@@ -88,7 +203,7 @@ def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisit
     name, mount : str
         Of the sensor.
     truth : FieldTruth
-    acquisition : Acquisition
+    acquisition : Acquisition or Counter
     """
     out = {}
     for component in truth.parts_b:

@@ -1,0 +1,51 @@
+"""Clocks of the channels: when the value was taken that a row says.
+
+The row that is tagged ``t`` holds what the instrument said at ``t - skew_s - drift_ppm 1e-6 t - jitter``. Labels and
+truth stay at the tag.
+"""
+
+import numpy as np
+
+from magsim.errors import DataError
+from magsim.scenario import Clock
+from magsim.streams import stream
+
+
+def instants(clock: Clock, tag_s: np.ndarray, name: str, seed: int, span_s: tuple[float, float]) -> np.ndarray | None:
+    """Instants that a channel's rows were taken at.
+
+    Parameters
+    ----------
+    clock : Clock
+    tag_s : (m,) [s]
+        What the rows say.
+    name : str
+        Of the channel: it has a jitter of its own.
+    seed : int
+    span_s : (first, last) [s]
+        Instants that are known.
+
+    Returns
+    -------
+    (m,) [s] or None
+        None where the clock has no error: the rows are the tags.
+
+    Raises
+    ------
+    DataError
+        If an instant lies outside of the span.
+    """
+    if clock.skew_s == 0.0 and clock.jitter_s == 0.0 and clock.drift_ppm == 0.0:
+        return None
+    late = clock.skew_s + 1e-6 * clock.drift_ppm * tag_s
+    if clock.jitter_s > 0.0:
+        late = late + clock.jitter_s * stream(seed, f"{name}/jitter").standard_normal(len(tag_s))
+    taken = tag_s - late
+    if taken.min() < span_s[0] or taken.max() > span_s[1]:
+        worst = late[np.abs(late).argmax()]
+        msg = (
+            f"the clock of {name} is {worst:.3f} s off, which leads out of the flight's record from {span_s[0]:.3f} to "
+            f"{span_s[1]:.3f} s; allowed: a smaller skew_s or drift_ppm"
+        )
+        raise DataError(msg)
+    return taken
