@@ -10,12 +10,16 @@ from magsim.errors import RequestError
 from magsim.field import obstacles
 from magsim.field.meshes import Surface
 from magsim.field.panels import Panels, solid_angle
+from magsim.field.steel import load_steel
 
 MOST_PLACES = 20_000
 """Most places of one map."""
 
 SKIN_PART = 0.3
 """Least distance of a candidate from the skin, in spacings: a mesh and a bracket need some."""
+
+SHORTEST_M = 0.5
+"""Least length of an aircraft: one that is told by few places may have none."""
 
 REACH, BOOM, SPACING = 0.04, 0.30, 0.04
 """In lengths of the aircraft: how far off it a bracket reaches, how long a boom ahead or behind is, the grid."""
@@ -28,21 +32,26 @@ class Body:
     Attributes
     ----------
     points_m : (n, 3) [m]
-        The vertices of its skin; without one, its mounts and magnetic parts.
+        The vertices of its skin or outline; without one, its mounts and magnetic parts.
     skin : Surface, optional
+    mounts_m : (k, 3) [m], optional
+        Places that a picture has to hold.
     """
 
     points_m: np.ndarray
     skin: Surface | None = None
+    mounts_m: np.ndarray | None = None
 
     @classmethod
     def of(cls, aircraft: Aircraft, skin: Surface | None) -> "Body":
-        """The body of an aircraft whose skin, if it has one, is given."""
+        """The body of an aircraft whose skin or outline, if it has one, is given."""
+        mounts = np.array(list(aircraft.mounts.values()))
         if skin is not None:
-            return cls(skin.vertices, skin)
+            return cls(skin.vertices, skin, mounts)
         magnetics = aircraft.magnetics
-        places = [item.position_m for item in (*magnetics.mounts.values(), *magnetics.permanent, *magnetics.hinged)]
-        return cls(np.array(places + [part.center_m for part in magnetics.steel]))
+        dipoles = [dipole.position_m for dipole in (*magnetics.permanent, *magnetics.hinged)]
+        steel = load_steel(aircraft).corners.reshape(-1, 3)
+        return cls(np.concatenate([mounts, np.reshape(dipoles, (-1, 3)), steel]), None, mounts)
 
     @property
     def box(self) -> np.ndarray:
@@ -51,8 +60,8 @@ class Body:
 
     @property
     def length_m(self) -> float:
-        """Extent along the forward axis [m]."""
-        return float(np.ptp(self.points_m[:, 0]))
+        """Extent along the forward axis [m], at least ``SHORTEST_M``."""
+        return max(float(np.ptp(self.points_m[:, 0])), SHORTEST_M)
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """Whether points lie within a closed part of the skin, (p,) bool."""
@@ -144,6 +153,12 @@ def plane(body: Body, spacing_m: float, normal: int) -> tuple[np.ndarray, np.nda
     """
     margin = np.array([BOOM, 2.0 * REACH, 2.0 * REACH]) * body.length_m
     low, high = body.box[0] - margin, body.box[1] + margin
+    if body.mounts_m is not None:
+        side = 2.0 * REACH * body.length_m
+        low, high = (
+            np.minimum(low, body.mounts_m.min(axis=0) - side),
+            np.maximum(high, body.mounts_m.max(axis=0) + side),
+        )
     others = [axis for axis in range(3) if axis != normal]
     sides = [np.arange(low[axis], high[axis] + spacing_m, spacing_m) for axis in others]
     points = np.full((len(sides[0]), len(sides[1]), 3), 0.0)

@@ -12,6 +12,7 @@ import numpy as np
 
 from magsim import plots
 from magsim.aircraft import Aircraft
+from magsim.aircraft.magnetics import DIPOLE_CLEARANCE_M
 from magsim.errors import RequestError
 from magsim.experiments.mount_grid import SPACING, Body, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
@@ -27,8 +28,8 @@ FLIGHTS = {"uav": "papers/001_fom"}
 
 DEFAULT_FLIGHT = "patterns/fom"
 
-OFF_SKIN_M = 0.4
-"""Distance from the skin at which the aircraft is colored."""
+OFF_SKIN, OFF_DIPOLES = 0.03, 1.25
+"""Distance from the skin at which the aircraft is colored: in lengths, and at least in clearances of a dipole."""
 
 APART = 3.0
 """Least distance between two of the best places, in spacings of the grid."""
@@ -191,9 +192,13 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
 
 
 def _shells(aircraft: Aircraft) -> Surface | None:
-    """The aircraft's outline, coarse enough to be drawn; None where its file has no skin."""
-    skin = aircraft.magnetics.skin
-    return None if skin is None else outline(skin).surface
+    """The aircraft's skin or outline, coarse enough to be drawn; None where its file has neither."""
+    shells = aircraft.magnetics.skin or aircraft.magnetics.outline
+    try:
+        return None if shells is None else outline(shells).surface
+    except ValueError as error:
+        msg = f"aircraft {aircraft.name}: {error}"
+        raise RequestError(msg) from error
 
 
 def _named(points: np.ndarray) -> dict[str, tuple[float, ...]]:
@@ -221,8 +226,9 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> objec
         _sliced(aircraft, recording, body, whole.spacing_m, 2),
     ]
     triangles = np.zeros((0, 3, 3)) if surface is None else surface.vertices[surface.triangles]
-    colors = np.zeros(0) if surface is None else _off_skin(aircraft, recording, surface)
-    return plots.plot_mounts(whole.title, slices, triangles, colors, aircraft.mounts)
+    off_m = round(max(OFF_SKIN * body.length_m, OFF_DIPOLES * DIPOLE_CLEARANCE_M), 2)
+    colors = np.zeros(0) if surface is None else _off_skin(aircraft, recording, surface, off_m)
+    return plots.plot_mounts(whole.title, slices, triangles, colors, off_m=off_m, mounts=aircraft.mounts)
 
 
 def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float, normal: int) -> plots.Slice:
@@ -235,11 +241,11 @@ def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float
     return plots.Slice(f"{AXES[normal]} = 0", across, up, values.reshape(points.shape[:2]), others)
 
 
-def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface) -> np.ndarray:
+def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface, off_m: float) -> np.ndarray:
     corners = surface.vertices[surface.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    points = corners.mean(axis=1) + OFF_SKIN_M * normals
+    points = corners.mean(axis=1) + off_m * normals
     rows = np.flatnonzero([obstacle is None for obstacle in obstacles(aircraft, points)])
     values = np.full(len(points), np.nan)
     values[rows] = predict(aircraft, recording, _named(points[rows])).fom_nt

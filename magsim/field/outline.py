@@ -6,7 +6,8 @@ from itertools import combinations, pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from magsim.aircraft.magnetics import Body, Panel, Skin
+from magsim.aircraft.magnetics import BodyShell, DrawnOutline, Skin
+from magsim.aircraft.magnetics.skin import PanelShell
 from magsim.field.lofts import around, ellipse, loft, perimeter, stations, superellipse
 from magsim.field.meshes import Surface
 from magsim.field.refine import distance_to_triangles, refine
@@ -49,21 +50,21 @@ class Outline:
         return np.stack([self.surface.vertices.min(axis=0), self.surface.vertices.max(axis=0)])
 
 
-def _body(part: Body, element: float) -> Surface:
-    table = np.array([(s.x_m, s.width_m, s.height_m, s.z_m, s.exponent) for s in part.sections])
-    count = around(max(perimeter((w / 2, h / 2), e) for _, w, h, _, e in table), 0.75 * element)
+def _body(part: BodyShell, element: float) -> Surface:
+    table = np.array([(s.x_m, s.y_m, s.width_m, s.height_m, s.z_m, s.exponent) for s in part.sections])
+    count = around(max(perimeter((w / 2, h / 2), e) for _, _, w, h, _, e in table), 0.75 * element)
     ends = [_body_ring(row, count) for row in table]
     rows = stations(table, _distances(ends), element)
     return loft(np.stack([_body_ring(row, count) for row in rows]))
 
 
 def _body_ring(row: np.ndarray, count: int) -> np.ndarray:
-    x, width, height, z, exponent = row
+    x, y, width, height, z, exponent = row
     flat = superellipse(count, (width / 2, height / 2), exponent)
-    return np.column_stack([np.full(count, x), flat[:, 0], flat[:, 1] + z])
+    return np.column_stack([np.full(count, x), flat[:, 0] + y, flat[:, 1] + z])
 
 
-def _panel(part: Panel, element: float) -> Surface:
+def _panel(part: PanelShell, element: float) -> Surface:
     table = np.array([(s.at_m, s.leading_edge_m, s.chord_m, s.depth_m, s.offset_m) for s in part.sections])
     count = around(max(perimeter((c / 2, d / 2)) for _, _, c, d, _ in table), 0.5 * element)
     ends = [_panel_ring(row, count, part.span) for row in table]
@@ -94,19 +95,19 @@ def join(meshes: dict[str, Surface]) -> Outline:
     return Outline(tuple(meshes), Surface(vertices, np.concatenate(triangles)), part)
 
 
-def outline(skin: Skin, *, element_m: float | None = None) -> Outline:
-    """The shells of an aircraft's skin as one mesh.
+def outline(skin: Skin | DrawnOutline, *, element_m: float | None = None) -> Outline:
+    """The shells of an aircraft's skin as one mesh, or those that are drawn of an aircraft without one.
 
     Parameters
     ----------
-    skin : Skin
+    skin : Skin or DrawnOutline
     element_m : float, optional [m]
         Edge of the mesh along the parts, instead of the file's.
 
     Returns
     -------
     Outline
-        Closed, oriented outward, free of crossings.
+        Closed, oriented outward; shells of a skin do not cross each other.
 
     Raises
     ------
@@ -114,12 +115,14 @@ def outline(skin: Skin, *, element_m: float | None = None) -> Outline:
         If a part is open or degenerate, or parts cross each other or themselves: which part, where, what to do.
     """
     element = skin.element_m if element_m is None else element_m
-    meshes = {part.name: (_body if isinstance(part, Body) else _panel)(part, element) for part in skin.parts}
+    meshes = {part.name: (_body if isinstance(part, BodyShell) else _panel)(part, element) for part in skin.parts}
+    if isinstance(skin, DrawnOutline):
+        return checked(join(meshes), what="outline", apart=False)
     return checked(join(meshes))
 
 
-def checked(whole: Outline) -> Outline:
-    """The same outline, if its parts are closed, sound and apart.
+def checked(whole: Outline, *, what: str = "skin", apart: bool = True) -> Outline:
+    """The same outline, if its parts are closed and sound, and apart where they shall be.
 
     Raises
     ------
@@ -131,9 +134,9 @@ def checked(whole: Outline) -> Outline:
         try:
             check_surface(whole.of(name), closed=True)
         except ValueError as error:
-            msg = f"skin part {name!r} {error}"
+            msg = f"{what} part {name!r} {error}"
             raise ValueError(msg) from error
-    for first, second in combinations(range(len(whole.names)), 2):
+    for first, second in combinations(range(len(whole.names) if apart else 0), 2):
         touch = first_touch(corners[whole.part == first], corners[whole.part == second])
         if touch is not None:
             msg = (

@@ -279,6 +279,11 @@ def load_response(aircraft: Aircraft, eddy: str | None = None) -> AircraftRespon
     The cache counts the source code of ``magsim.field`` into the key.
     """
     magnetics, mounts, model = aircraft.magnetics, aircraft.mounts, eddy_model(aircraft, eddy)
-    key = {"magnetics": magnetics.model_dump(mode="json"), "files": file_digests(aircraft), "eddy": model}
+    # What is drawn alone does not count.
+    key = {
+        "magnetics": magnetics.model_dump(mode="json", exclude={"outline"}),
+        "files": file_digests(aircraft),
+        "eddy": model,
+    }
     arrays = cached("response", key, lambda: _solve(aircraft, mounts, load_steel(aircraft), model))
     return _assemble(magnetics, tuple(mounts), arrays)

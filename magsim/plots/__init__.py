@@ -99,6 +99,8 @@ def plot_mounts(
     slices: Sequence[Slice],
     triangles_m: np.ndarray,
     skin_values: np.ndarray,
+    *,
+    off_m: float,
     mounts: Mapping[str, Sequence[float]],
 ) -> "Figure":
     """A mount map: planes through an aircraft, and the aircraft itself, colored by the predicted figure of merit.
@@ -109,12 +111,14 @@ def plot_mounts(
     slices : sequence of Slice
         Two of them.
     triangles_m : (t, 3, 3) [m]
-        Corners of the skin's triangles; none where the aircraft has no skin.
+        Corners of the triangles of the skin or outline; none where the aircraft has neither.
     skin_values : (t,) [nT]
+    off_m : float [m]
+        Distance from the skin at which those are.
     mounts : mapping of str to (3,) [m]
     """
     drawing = _figures("mounts")
-    return drawing.draw(drawing.MapPicture(title, tuple(slices), triangles_m, skin_values, mounts))
+    return drawing.draw(drawing.MapPicture(title, tuple(slices), triangles_m, skin_values, off_m, mounts))
 
 
 KINDS: dict[str, Callable[[Recording, str | None], "Figure"]] = {

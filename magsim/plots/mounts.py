@@ -14,6 +14,8 @@ from magsim.plots.slices import Slice
 
 INK = "#22262b"
 COLORS = "viridis_r"
+NO_PLACE = (0.75, 0.75, 0.75, 1.0)
+"""Color of where no sensor can be."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +27,10 @@ class MapPicture:
     title : str
     slices : tuple of Slice
     triangles_m : (t, 3, 3) [m]
-        Corners of the skin's triangles; none where the aircraft has no skin.
+        Corners of the triangles of the skin or outline; none where the aircraft has neither.
     skin_values : (t,) [nT]
+    off_m : float [m]
+        Distance from the skin at which those are.
     mounts : mapping of str to (3,) [m]
     """
 
@@ -34,17 +38,18 @@ class MapPicture:
     slices: tuple[Slice, ...]
     triangles_m: np.ndarray
     skin_values: np.ndarray
+    off_m: float
     mounts: Mapping[str, np.ndarray]
 
 
 def draw(picture: MapPicture) -> Figure:
     """The picture of a mount map."""
-    figure = Figure(figsize=(14.0, 7.6), dpi=110, layout="constrained")
+    has_skin = len(picture.triangles_m) > 0
+    figure = Figure(figsize=(14.0 if has_skin else 8.5, 7.6), dpi=110, layout="constrained")
     figure.patch.set_facecolor("white")
     values = np.concatenate([part.values.ravel() for part in picture.slices])
     low, high = np.nanpercentile(values, [0.5, 97.0])
     norm = LogNorm(max(low, 1e-6 * high), high)
-    has_skin = len(picture.triangles_m) > 0
     heights = [max(np.ptp(part.up) / np.ptp(part.across), 0.3) for part in picture.slices]
     grid = figure.add_gridspec(2, 2 if has_skin else 1, width_ratios=(1.0, 1.2)[: 1 + has_skin], height_ratios=heights)
     shown = [_slice(figure.add_subplot(grid[row, 0]), part, picture, norm) for row, part in enumerate(picture.slices)]
@@ -81,6 +86,7 @@ def _slice(axes: Axes, part: Slice, picture: MapPicture, norm: LogNorm) -> objec
             color=INK,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.7},
         )
+    axes.set_facecolor(NO_PLACE)
     axes.set_aspect("equal")
     axes.set_xlim(edges[0][0], edges[0][-1])
     axes.set_ylim(*(edges[1][[-1, 0]] if second == 2 else edges[1][[0, -1]]))  # down is down
@@ -102,7 +108,7 @@ def _skin(axes: Axes, picture: MapPicture, norm: LogNorm) -> None:
     # Seen from the right, ahead and above; matplotlib's z is up.
     corners = picture.triangles_m * (1.0, -1.0, -1.0)
     colors = colormaps[COLORS](norm(np.nan_to_num(picture.skin_values, nan=norm.vmax)))
-    colors[np.isnan(picture.skin_values)] = (0.75, 0.75, 0.75, 1.0)  # where no sensor can be
+    colors[np.isnan(picture.skin_values)] = NO_PLACE
     axes.add_collection3d(Poly3DCollection(corners, facecolors=colors, edgecolors=(1, 1, 1, 0.15), linewidths=0.2))
     low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
     axes.set_xlim(low[0], high[0])
@@ -111,4 +117,4 @@ def _skin(axes: Axes, picture: MapPicture, norm: LogNorm) -> None:
     axes.set_box_aspect(high - low, zoom=1.3)
     axes.view_init(elev=30, azim=-50)
     axes.set_axis_off()
-    axes.set_title("on the aircraft, just off its skin", fontsize=9, loc="left", color=INK)
+    axes.set_title(f"on the aircraft, {picture.off_m:g} m off its skin", fontsize=9, loc="left", color=INK)

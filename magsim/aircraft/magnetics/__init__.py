@@ -16,7 +16,7 @@ from magsim.aircraft.magnetics.memory import Memory
 from magsim.aircraft.magnetics.mounts import FlexMode, Mount
 from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, FixedDipole, HingedDipole, Surface
 from magsim.aircraft.magnetics.rotors import RotatingDipole, Rotor, check_rotors
-from magsim.aircraft.magnetics.skin import Body, Panel, Skin
+from magsim.aircraft.magnetics.skin import Body, BodyShell, DrawnOutline, Panel, Skin
 from magsim.aircraft.magnetics.steel import (
     Bar,
     BoxSheet,
@@ -36,12 +36,14 @@ __all__ = [
     "SURFACES",
     "Bar",
     "Body",
+    "BodyShell",
     "BoxSheet",
     "Bus",
     "Circuit",
     "Coil",
     "Cylinder",
     "Dipole",
+    "DrawnOutline",
     "FixedDipole",
     "FlexMode",
     "HingedDipole",
@@ -83,6 +85,7 @@ class Magnetics(Strict):
     steel: Annotated[tuple[Steel, ...], Field(strict=False)] = ()
     coils: Annotated[tuple[Coil, ...], Field(strict=False)] = ()
     skin: Skin | None = None
+    outline: DrawnOutline | None = Field(default=None, description="what is drawn of an aircraft without a skin")
     circuits: Annotated[tuple[Circuit, ...], Field(strict=False)] = ()
     buses: Annotated[tuple[Bus, ...], Field(strict=False)] = ()
 
@@ -104,6 +107,9 @@ class Magnetics(Strict):
         _unique("circuits", (circuit.name for circuit in self.circuits))
         _unique("buses", (bus.name for bus in self.buses))
         check_circuits(self.circuits, self.buses)
+        if self.skin is not None and self.outline is not None:
+            msg = "an aircraft with [skin] is drawn by it; allowed: [skin] or [outline]"
+            raise ValueError(msg)
         return self
 
     @model_validator(mode="after")

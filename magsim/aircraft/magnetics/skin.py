@@ -1,4 +1,4 @@
-"""The conducting skin of an aircraft as closed shells lofted through sections."""
+"""The skin of an aircraft as closed shells lofted through sections: conducting, or drawn alone."""
 
 import itertools
 from collections.abc import Sequence
@@ -14,6 +14,7 @@ class BodySection(Strict):
     """Section of a fuselage across the forward axis: a superellipse."""
 
     x_m: float = Field(description="place along the forward axis")
+    y_m: float = Field(default=0.0, description="center, right")
     width_m: Positive
     height_m: Positive
     z_m: float = Field(default=0.0, description="center, down")
@@ -33,12 +34,17 @@ class PanelSection(Strict):
 
 
 class Shell(Strict):
-    """What every part of the skin has."""
+    """What every shell has."""
 
     name: Name
+    source: Source
+
+
+class Metal(Strict):
+    """What a shell of the skin has beside its shape."""
+
     conductivity_spm: Positive
     thickness_m: Positive = Field(description="of the metal")
-    source: Source
 
 
 def _ordered(places: Sequence[float], what: str) -> None:
@@ -48,19 +54,19 @@ def _ordered(places: Sequence[float], what: str) -> None:
         raise ValueError(msg)
 
 
-class Body(Shell):
-    """A closed body around the forward axis."""
+class BodyShell(Shell):
+    """A closed body along the forward axis."""
 
     kind: Literal["body"]
     sections: Annotated[tuple[BodySection, ...], Field(strict=False, min_length=2)]
 
     @model_validator(mode="after")
-    def _check(self) -> "Body":
+    def _check(self) -> "BodyShell":
         _ordered([section.x_m for section in self.sections], "x_m")
         return self
 
 
-class Panel(Shell):
+class PanelShell(Shell):
     """A closed wing or fin. A wing runs to the right from the plane of symmetry and is mirrored to the left."""
 
     kind: Literal["panel"]
@@ -68,7 +74,7 @@ class Panel(Shell):
     sections: Annotated[tuple[PanelSection, ...], Field(strict=False, min_length=2)]
 
     @model_validator(mode="after")
-    def _check(self) -> "Panel":
+    def _check(self) -> "PanelShell":
         places = [section.at_m for section in self.sections]
         _ordered(places, "at_m")
         if self.span == "right" and (places[0] != 0.0 or places[-1] < 0.0):
@@ -77,20 +83,43 @@ class Panel(Shell):
         return self
 
 
-ShellPart = Annotated[Body | Panel, Discriminator("kind")]
+class Body(Metal, BodyShell):
+    """A body of the skin."""
+
+
+class Panel(Metal, PanelShell):
+    """A wing or fin of the skin."""
+
+
+def _check_names(parts: Sequence[Shell], what: str) -> None:
+    names = [part.name for part in parts]
+    double = sorted({name for name in names if names.count(name) > 1})
+    if double:
+        msg = f"names of {what} parts must differ, used twice: {', '.join(double)}"
+        raise ValueError(msg)
 
 
 class Skin(Strict):
     """The conducting skin: closed shells that do not touch each other."""
 
     element_m: Annotated[float, Field(ge=0.1, le=2.0)] = Field(description="edge of the mesh along the parts")
-    parts: Annotated[tuple[ShellPart, ...], Field(strict=False, min_length=1)]
+    parts: Annotated[tuple[Annotated[Body | Panel, Discriminator("kind")], ...], Field(strict=False, min_length=1)]
 
     @model_validator(mode="after")
-    def _check_names(self) -> "Skin":
-        names = [part.name for part in self.parts]
-        double = sorted({name for name in names if names.count(name) > 1})
-        if double:
-            msg = f"names of skin parts must differ, used twice: {', '.join(double)}"
-            raise ValueError(msg)
+    def _check(self) -> "Skin":
+        _check_names(self.parts, "skin")
+        return self
+
+
+class DrawnOutline(Strict):
+    """Closed shells of an aircraft without a conducting skin: they are drawn and carry nothing. They may cross."""
+
+    element_m: Annotated[float, Field(ge=0.01, le=2.0)] = Field(description="edge of the mesh along the parts")
+    parts: Annotated[
+        tuple[Annotated[BodyShell | PanelShell, Discriminator("kind")], ...], Field(strict=False, min_length=1)
+    ]
+
+    @model_validator(mode="after")
+    def _check(self) -> "DrawnOutline":
+        _check_names(self.parts, "outline")
         return self
