@@ -1,5 +1,6 @@
 """Candidate places for a sensor: in and around an aircraft, on two planes through it, and off its skin."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,9 @@ MOST_PLACES = 20_000
 
 SKIN_PART = 0.3
 """Least distance of a candidate from the skin, in spacings: a mesh and a bracket need some."""
+
+WIDEST = 0.25
+"""Widest grid, in lengths of the aircraft."""
 
 SHORTEST_M = 0.5
 """Least length of an aircraft: one that is told by few places may have none."""
@@ -101,17 +105,22 @@ def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     RequestError
-        If there are too many.
+        If there are too many, or hardly any.
     """
+    if not 0.0 < spacing_m <= WIDEST * body.length_m:
+        msg = (
+            f"--spacing {spacing_m:g} is no distance on an aircraft of {body.length_m:.1f} m; allowed: above 0, up to "
+            f"{WIDEST * body.length_m:.2g}"
+        )
+        raise RequestError(msg)
     reach, boom = REACH * body.length_m, BOOM * body.length_m
     low, high = body.box[0] - (boom, reach, reach), body.box[1] + (boom, reach, reach)
+    if math.prod(side / spacing_m for side in (high - low).tolist()) > 50 * MOST_PLACES:
+        raise _too_many(spacing_m, body)
     axes = [
         spacing_m * np.arange(np.ceil(a / spacing_m), np.floor(b / spacing_m) + 1)
         for a, b in zip(low, high, strict=True)
     ]
-    count = int(np.prod([len(axis) for axis in axes]))
-    if count > 50 * MOST_PLACES:
-        raise _too_many(spacing_m, body)
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     distance = body.distance(points)
     beyond = (points[:, 0] < body.box[0, 0]) | (points[:, 0] > body.box[1, 0])

@@ -55,7 +55,7 @@ LINEAR = (
 """A world whose projection is exactly the sum of the Tolles-Lawson terms."""
 
 LARMOR_HZ_PER_NT = 3.498572
-"""Cesium's precession frequency per field strength: reference value, see docs/physics.md."""
+"""Precession frequency of cesium 133 per field strength, as its magnetometers use it."""
 
 
 Extra = Callable[[Flight, FieldTruth, str], np.ndarray]

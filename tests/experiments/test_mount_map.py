@@ -7,13 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim import metrics, signals
+from magsim import assets, metrics, signals
 from magsim.aircraft import load_aircraft
+from magsim.aircraft.magnetics import Skin
 from magsim.cli import main
 from magsim.errors import RequestError
 from magsim.experiments.mount_grid import Body, grid, plane
 from magsim.experiments.mount_map import FlightSeries, _hinged_at, background, predict
 from magsim.experiments.mount_report import flight_of, make_map, write_page
+from magsim.field import load_response, obstacles, outline
 from magsim.field.dipoles import HingedDipole, hinged_field
 from magsim.field.meshes import box_surface
 from magsim.recording import Recording
@@ -129,8 +131,46 @@ def test_grid_is_inside_near_and_on_booms():
     assert inside.sum() > 500
     assert points[:, 0].min() < -7.5  # a boom behind
     assert points[:, 0].max() > 7.5
-    with pytest.raises(RequestError, match="--spacing"):
-        grid(body, 0.02)
+    for spacing in (0.02, 1e-300, math.nan, math.inf, 3.0):
+        with pytest.raises(RequestError, match="--spacing"):
+            grid(body, spacing)
+
+
+@pytest.mark.parametrize("name", assets.list_aircraft())
+def test_an_aircraft_without_skin_and_outline_is_known_by_its_parts(name):
+    whole = load_aircraft(name)
+    bare = replace(whole, magnetics=whole.magnetics.model_copy(update={"skin": None, "outline": None}))
+    body = Body.of(bare, None)
+    known = [*whole.mounts.values(), *(dipole.position_m for dipole in whole.magnetics.permanent)]
+    assert np.all(body.box[0] <= np.min(known, axis=0))
+    assert np.all(body.box[1] >= np.max(known, axis=0))
+    assert not body.inside(np.zeros((1, 3)))[0]
+
+
+def test_the_outline_of_the_drone_is_drawn_and_nothing_else():
+    drone = load_aircraft("uav")
+    shells = outline(drone.magnetics.outline)
+    assert np.ptp(shells.extent_m, axis=0)[1] == pytest.approx(drone.facts.geometry.span.value, rel=1e-3)
+    bare = replace(drone, magnetics=drone.magnetics.model_copy(update={"outline": None}))
+    with_it, without = load_response(drone), load_response(bare)
+    for name in ("permanent_nt", "induced", "field", "wiring_nt_per_a"):
+        np.testing.assert_array_equal(getattr(with_it, name), getattr(without, name))
+    np.testing.assert_array_equal(
+        obstacles(drone, shells.surface.vertices[:9]), obstacles(bare, shells.surface.vertices[:9])
+    )
+    body = Body.of(drone, shells.surface)
+    assert body.inside(np.array([[0.0, 0.0, 0.0], [0.0, 1.0, -0.08], [0.0, 1.0, 0.2]])).tolist() == [True, True, False]
+    across, _, _ = plane(body, 0.1, 1)
+    assert across[0] < -1.05
+    assert across[-1] > 1.75  # the mount at the end of the long boom
+
+
+def test_shells_that_are_not_sound_are_told(aircraft, recording):
+    table = aircraft.magnetics.skin.model_dump()
+    table["parts"][0]["sections"][6]["height_m"] = 3.0
+    crossing = aircraft.magnetics.model_copy(update={"skin": Skin.model_validate(table)})
+    with pytest.raises(RequestError, match="aircraft c208b: skin parts 'fuselage' and 'wing' touch or cross at "):
+        make_map(replace(aircraft, magnetics=crossing), recording)
 
 
 def test_plane_holds_the_datum():

@@ -9,7 +9,7 @@ import trimesh
 from pydantic import ValidationError
 
 from magsim.aircraft import Aircraft, Magnetics, load_aircraft
-from magsim.aircraft.magnetics import Skin
+from magsim.aircraft.magnetics import DrawnOutline, Skin
 from magsim.errors import RequestError
 from magsim.field import compute_response, load_response, obstacles
 from magsim.field.lofts import ellipse, superellipse, volume
@@ -238,3 +238,25 @@ def test_skin_of_an_aircraft_without_one(aircraft: Aircraft) -> None:
     assert bare.magnetics.eddy_model == "coils"
     with pytest.raises(RequestError, match=r"glider has no \[skin\]"):
         load_response(bare, "skin")
+
+
+def test_drawn_shells_may_cross_and_lie_aside():
+    table = _panels()
+    for part in table["parts"]:
+        del part["conductivity_spm"], part["thickness_m"]
+    for section in table["parts"][1]["sections"]:
+        section.update(z_m=0.0, y_m=0.5)
+    shells = outline(DrawnOutline.model_validate(table))
+    np.testing.assert_allclose(shells.of("hull").vertices[:, 1].mean(), 0.5, atol=1e-12)
+    np.testing.assert_allclose(shells.extent_m[:, 1], [-2.0, 2.0], atol=1e-12)
+    with pytest.raises(ValidationError, match="conductivity_spm"):
+        DrawnOutline.model_validate(_panels())
+    twice = table | {"parts": [table["parts"][0], table["parts"][0]]}
+    with pytest.raises(ValidationError, match="names of outline parts must differ, used twice: wing"):
+        DrawnOutline.model_validate(twice)
+
+
+def test_an_aircraft_is_drawn_by_its_skin_or_by_its_outline(aircraft: Aircraft):
+    drawn = load_aircraft("uav").magnetics.outline.model_dump(mode="json")
+    with pytest.raises(ValidationError, match=r"drawn by it; allowed: \[skin\] or \[outline\]"):
+        Magnetics.model_validate(aircraft.magnetics.model_dump(mode="json") | {"outline": drawn})
