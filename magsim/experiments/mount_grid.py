@@ -10,7 +10,7 @@ from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
 from magsim.field import obstacles
 from magsim.field.meshes import Surface
-from magsim.field.panels import Panels, solid_angle
+from magsim.field.soundness import winding
 from magsim.field.steel import load_steel
 
 MOST_PLACES = 20_000
@@ -71,9 +71,7 @@ class Body:
         """Whether points lie within a closed part of the skin, (p,) bool."""
         if self.skin is None:
             return np.zeros(len(points), dtype=bool)
-        panels = Panels(self.skin.vertices[self.skin.triangles])
-        # Seen from within, a closed surface fills the whole sphere.
-        return np.array([abs(solid_angle(panels, point[None]).sum()) > 2.0 * np.pi for point in points])
+        return winding(self.skin.vertices[self.skin.triangles], points) != 0
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """About the distance from points to what the aircraft fills, (p,) [m]."""
