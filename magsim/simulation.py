@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 import magsim
 from magsim import columns
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 from magsim.field import compute_field
 from magsim.field.station import station_field
 from magsim.flight import fly
@@ -56,6 +56,8 @@ def simulate(loaded: LoadedScenario, *, progress: Progress | None = None) -> Rec
 
     Raises
     ------
+    RequestError
+        If what was asked does not fit the flight, with file and line.
     DataError
         If the flight diverges or a column is not finite.
     """
@@ -63,8 +65,11 @@ def simulate(loaded: LoadedScenario, *, progress: Progress | None = None) -> Rec
     # Solves on one BLAS thread and on two differ in their last bits.
     with threadpool_limits(1):
         told = _step(progress, "flight")
-        flight = fly(scenario, aircraft, ground=loaded.ground, track=loaded.track, progress=told)
-        truth = compute_field(scenario, aircraft, flight, ground=loaded.ground, progress=_step(progress, "field"))
+        try:
+            flight = fly(scenario, aircraft, ground=loaded.ground, track=loaded.track, progress=told)
+            truth = compute_field(scenario, aircraft, flight, ground=loaded.ground, progress=_step(progress, "field"))
+        except RequestError as error:
+            raise RequestError(loaded.placed(str(error))) from None
         done = _step(progress, "sensors")
         done(0.0)
         recording = record(loaded, flight, truth)

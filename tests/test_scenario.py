@@ -11,6 +11,7 @@ from magsim import assets
 from magsim.aircraft import load_aircraft
 from magsim.errors import RequestError
 from magsim.scenario import PatternBase, Scenario, load_scenario, parts_of
+from magsim.simulation import simulate
 from magsim.units import G0
 
 GOOD = """\
@@ -241,6 +242,18 @@ def test_the_legs_that_are_named_are_long_enough(write):
     assert problems("s.toml", *overrides, f"pattern.leaf_m={leaf - 20.0}")
 
 
+@pytest.mark.parametrize("leaf_m", [500.0, 2000.0, 3000.0])
+def test_the_leaf_that_is_named_is_the_shortest(write, leaf_m):
+    # How many trains fit before the center depends on the length, so a length that is enough need not be the shortest.
+    text = GOOD.replace("amplitude_deg = 5.0", "amplitude_deg = 5.0\nperiod_s = 8.0")
+    train = '[[pattern.maneuvers]]\naxis = "roll"\namplitude_deg = 8.0\nperiod_s = 5.0\n\n'
+    write(text.replace("[[sensors", train + train.replace("roll", "yaw") + "[[sensors"))
+    (line,) = problems("s.toml", "pattern.kind=cloverleaf", f"pattern.leaf_m={leaf_m}")
+    leaf = float(line.split("leaf_m of at least ")[1].split(",")[0])
+    load_scenario("s.toml", ["pattern.kind=cloverleaf", f"pattern.leaf_m={leaf}"])
+    assert problems("s.toml", "pattern.kind=cloverleaf", f"pattern.leaf_m={leaf - 5.0}")
+
+
 @pytest.mark.parametrize(
     ("kind", "heading", "allowed"),
     [("fom", 45.0, "0, 90, 180, 270"), ("fom_peak_to_peak", 1.0, "0, 90"), ("diamond", 0.0, "45, 135, 225, 315")],
@@ -344,7 +357,7 @@ GUST = "{ at_s = 9.0, duration_s = 5.0, north_mps = 18.0 }"
             "[air.random_gusts]\nevery_s = 10.0\nspeed_mps = 3.0\nshortest_s = 5.0\nlongest_s = 4.0\n",
             "air.random_gusts.longest_s: 4 s is shorter than shortest_s; allowed: 5 or more",
         ),
-        ('[air.shear]\nkind = "cubic"\n', "air.shear.kind"),
+        ('[air.shear]\nkind = "cubic"\n', "air.shear.kind: 'cubic' is not allowed; allowed: 'linear', 'log'"),
         ('turbulence_model = "karman"\n', "air.turbulence_model"),
         ("[[air.gusts]]\nat_s = 0.0\nduration_s = 5.0\n", "air.gusts[0].at_s: 0 is not allowed"),
     ],
@@ -359,6 +372,28 @@ def test_gusts_that_do_not_meet_are_not_added(write):
     air = f"[air]\nwind_east_mps = 40.0\n{apart}{apart.replace('10.0', '12.0')}"
     loaded = load_scenario(write(GOOD + air))
     assert loaded.scenario.air.strongest_gust_mps() == 30.0
+
+
+def test_the_kind_of_the_ground_is_told(write):
+    (line,) = problems(write(GOOD + '\n[terrain]\nkind = "flatt"\n'))
+    assert line.endswith("'flatt' is not allowed; allowed: 'flat', 'fractal', 'grid' (did you mean 'flat'?)")
+    (line,) = problems(write(GOOD + '\n[terrain]\nkind = "flat"\nmean_m = 5.0\n'))
+    assert line == "s.toml:24: terrain.mean_m: unknown key; known: geoid_m, kind, height_m"
+    missing, unknown = problems(write(GOOD + '\n[terrain]\nkind = "grid"\nmeters = 5.0\n'))
+    assert missing.startswith("s.toml:22: terrain.file: is missing; allowed: text, not empty (ESRI ASCII grid")
+    assert unknown.startswith("s.toml:24: terrain.meters: unknown key; known: geoid_m, kind, file")
+
+
+def test_what_only_the_flight_finds_is_placed_too(write):
+    loaded = load_scenario(write(), ["start.speed_mps=51", "start.alt_m=7000"])
+    assert loaded.placed("pattern.maneuvers[0].axis: no") == "s.toml:15: pattern.maneuvers[0].axis: no"
+    assert loaded.placed("start.speed_mps: no") == "--set start.speed_mps: no"
+    assert loaded.placed("flight.flaps[0].leg: no") == "flight.flaps[0].leg: no"
+    assert loaded.placed("aircraft c208b: no") == "aircraft c208b: no"
+    with pytest.raises(
+        RequestError, match=r"^--set start.speed_mps: .* no straight and level flight at 51 m/s and 7000"
+    ):
+        simulate(loaded)
 
 
 def test_names_of_sensors_differ(write):

@@ -12,7 +12,7 @@ import click
 @click.option("--sensor", help="Scalar magnetometer; default the first.")
 @click.option("--force", is_flag=True, help="Replace an existing picture.")
 def plot(kind: str, file: Path, output: Path | None, sensor: str | None, force: bool) -> None:
-    r"""Draw a picture of a recording.
+    """Draw a picture of a recording.
 
     \b
     flight        ground track, attitude and height
@@ -20,7 +20,7 @@ def plot(kind: str, file: Path, output: Path | None, sensor: str | None, force: 
     interference  what each part of the aircraft adds, in full and in the compensation band
     spectrum      spectral densities of the field and of the attitude
     electronics   currents and voltages, and the field of the wiring
-    """
+    """  # noqa: D301 - click reads the backspace
     from magsim import plots
     from magsim.recording import Recording
 

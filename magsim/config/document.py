@@ -104,6 +104,17 @@ class Document:
         assert result is not None  # else the error had told a problem
         return result
 
+    def placed(self, text: str) -> str:
+        """A message that begins with a key path, with its place in the file or the override before it.
+
+        Any other message comes back as it is.
+        """
+        key, colon, rest = text.partition(": ")
+        path = keys.split(key) if colon else None
+        if path is None or path[0] not in self.table:
+            return text
+        return _joined(self._place([Complaint(path, rest)]))
+
     def _without_unknown_keys(
         self, model: type[M], context: Mapping[str, object] | None, error: ValidationError
     ) -> list[Complaint]:

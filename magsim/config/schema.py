@@ -31,14 +31,22 @@ class Guide:
         self.root = self.resolve(self._root)
 
     def resolve(self, schema: object) -> Schema:
-        """A schema with its reference followed; keys beside the reference stay."""
-        while isinstance(schema, Mapping) and "$ref" in schema:
-            target: object = self._root
-            for part in str(schema["$ref"]).removeprefix("#/").split("/"):
-                target = target.get(part, {}) if isinstance(target, Mapping) else {}
-            own = {key: value for key, value in schema.items() if key != "$ref"}
+        """A schema with its reference followed; keys beside the reference stay.
+
+        What may also be null, a key that may be left out, is what it is otherwise.
+        """
+        while isinstance(schema, Mapping):
+            if "$ref" in schema:
+                key, target = "$ref", self._root
+                for part in str(schema["$ref"]).removeprefix("#/").split("/"):
+                    target = target.get(part, {}) if isinstance(target, Mapping) else {}
+            elif len(others := [m for m in schema.get("anyOf", ()) if m.get("type") != "null"]) == 1:
+                key, target = "anyOf", others[0]
+            else:
+                return schema
+            own = {name: value for name, value in schema.items() if name != key}
             schema = {**target, **own} if isinstance(target, Mapping) else own
-        return schema if isinstance(schema, Mapping) else {}
+        return {}
 
     def members(self, schema: Schema) -> list[Schema]:
         """Members of a union, null left out; none for what is no union."""
@@ -162,7 +170,7 @@ def _text(schema: Schema) -> str:
     pattern = schema.get("pattern")
     words = "text" if pattern is None else _PATTERNS.get(str(pattern), f"text that matches {pattern}")
     if "minLength" in schema and not pattern:
-        words += f" of {schema['minLength']} characters or more"
+        words += ", not empty" if schema["minLength"] == 1 else f" of {schema['minLength']} characters or more"
     return words + (f", at most {schema['maxLength']} characters" if "maxLength" in schema else "")
 
 

@@ -166,7 +166,7 @@ def _unknown_key(guide: Guide, found: _Found) -> str:
     said = did_you_mean(name, known)
     if not said:
         elsewhere = guide.find(name)
-        said = f" (did you mean '{elsewhere}'?)" if elsewhere else ""
+        said = f" (did you mean '{elsewhere}'?)" if elsewhere not in (None, keys.show(found.place.path)) else ""
     return f"unknown key{said}; known: {', '.join(known)}"
 
 

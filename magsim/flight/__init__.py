@@ -40,6 +40,7 @@ from magsim.scenario import (
     Track,
     TrackLog,
     ground_of,
+    key_of,
     legs_allowed,
     needed_s,
     parts_of,
@@ -248,9 +249,10 @@ def _check_wind(scenario: Scenario, path: Sequence[Element]) -> None:
         available = _leg_time(scenario, element)
         needed = needed_s(pattern, element.label.index, available) - pattern.maneuvers[-1].rest_s
         if needed > available:
+            key = key_of(scenario.pattern, element.label.part)
             msg = (
-                f"pattern.maneuvers: with the wind of [air], leg {element.leg} of circuit {element.circuit} is flown "
-                f"in {available:.0f} s, but its maneuvers need {needed:.0f} s; "
+                f"{key}.maneuvers: with the wind of [air], leg {element.leg} of "
+                f"circuit {element.circuit} is flown in {available:.0f} s, but its maneuvers need {needed:.0f} s; "
                 f"{legs_allowed(pattern, element.length_m / available)}, or less wind"
             )
             raise RequestError(msg)

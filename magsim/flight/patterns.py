@@ -22,7 +22,7 @@ from magsim.flight.elements import (
     turn_radius,
     turn_shape,
 )
-from magsim.scenario import Cloverleaf, HeadingCross, PatternBase, PatternSequence, Square, Survey, parts_of
+from magsim.scenario import Cloverleaf, HeadingCross, PatternBase, PatternSequence, Square, Survey, key_of, parts_of
 
 __all__ = [
     "Arc",
@@ -169,6 +169,7 @@ def path_of(
         shape = turn_shape(turn_radius(ground_speed_mps, part.bank_deg), ground_speed_mps * ease_s)
         heading = heading_deg if part.heading_deg is None else part.heading_deg
         label = Label(circuits, 0, False, heading, part=number)
+        _check_leaf(part, shape, key_of(pattern, number))
         drawn = _draw(part, heading, shape, label, part.lead_s * ground_speed_mps)
         if elements:
             last = elements[-1]
@@ -221,16 +222,20 @@ def _square(part: Square, pen: _Pen, base: Label) -> list[Element]:
     return pen.elements
 
 
+def _check_leaf(part: PatternBase, shape: TurnShape, key: str) -> None:
+    """The turns must fit into the leaves; ``key`` is the pattern's in the scenario."""
+    if isinstance(part, Cloverleaf) and shape.offset_m > part.leaf_m:
+        msg = (
+            f"{key}.leaf_m: turns of {part.bank_deg:g} deg bank with a radius of {shape.radius_m:.0f} m over ground "
+            f"take {shape.offset_m:.0f} m, more than a leaf of {part.leaf_m:g} m; allowed: a leaf of at least "
+            f"{math.ceil(shape.offset_m)} m, or more bank"
+        )
+        raise RequestError(msg)
+
+
 def _cloverleaf(part: Cloverleaf, origin: Place, side: int, shape: TurnShape, base: Label) -> list[Element]:
     """Four passes over the origin, joined by square leaves."""
     leaf = part.leaf_m
-    if shape.offset_m > leaf:
-        msg = (
-            f"pattern.leaf_m: turns of {part.bank_deg:g} deg bank with a radius of {shape.radius_m:.0f} m over ground "
-            f"take {shape.offset_m:.0f} m, more than a leaf of {leaf:g} m; allowed: a leaf of at least "
-            f"{shape.offset_m:.0f} m, or more bank"
-        )
-        raise RequestError(msg)
     pen = _Pen(_before(origin, leaf), side, shape)
     for leg in range(4):
         heading = _compass(base.heading_deg + 270.0 * side * leg)

@@ -15,7 +15,7 @@ import jsbsim
 import numpy as np
 
 from magsim.aircraft.facts import Facts, TurbopropEngine
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 from magsim.flight.aero import flap_lift
 from magsim.flight.air import CALM, Weather, weather_xml
 from magsim.flight.autopilot import INPUTS, Sine
@@ -186,7 +186,7 @@ def trimmed_twin(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
 
     Raises
     ------
-    DataError
+    RequestError
         If the aircraft cannot fly like that.
     """
     fdm = load(facts, setup.step_hz, twin=True)
@@ -202,10 +202,10 @@ def trimmed_twin(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
         fdm.do_trim(1)
     except jsbsim.TrimFailureError:
         msg = (
-            f"the flight cannot begin: {facts.title} finds no straight and level flight at {setup.speed_mps:g} m/s "
+            f"start.speed_mps: {facts.title} finds no straight and level flight at {setup.speed_mps:g} m/s "
             f"and {setup.alt_m:g} m; allowed: a speed above the stall and below full power at that height"
         )
-        raise DataError(msg) from None
+        raise RequestError(msg) from None
     return fdm
 
 
@@ -357,7 +357,7 @@ class Plant:
         return row
 
     def ground(self, height_m: float) -> None:
-        """Tell the height of the ground below, above the ellipsoid: it is touched there, and stirs the air above."""
+        """Tell the height of the ground below, above the ellipsoid, at which it is touched."""
         self._floor_ft = height_m / FT
         self._set_ground(self._floor_ft)
 

@@ -64,6 +64,7 @@ from magsim.scenario.patterns import (
     check_pattern,
     check_surveys,
     heights_of,
+    key_of,
     legs_allowed,
     needed_s,
     parts_of,
@@ -144,6 +145,7 @@ __all__ = [
     "Variation",
     "ground_of",
     "heights_of",
+    "key_of",
     "legs_allowed",
     "load_scenario",
     "needed_s",
@@ -294,6 +296,8 @@ class LoadedScenario:
         What ``[terrain]`` means; None without it.
     track : TrackLog, optional
         The logged track that a pattern ``track`` flies.
+    document : Document, optional
+        The file, for messages that name a line of it.
     """
 
     name: str
@@ -303,6 +307,11 @@ class LoadedScenario:
     overrides: tuple[str, ...] = ()
     ground: Ground | None = None
     track: TrackLog | None = None
+    document: Document | None = None
+
+    def placed(self, text: str) -> str:
+        """A message that begins with a key of the scenario, with file and line; any other as it is."""
+        return text if self.document is None else self.document.placed(text)
 
     @cached_property
     def digest(self) -> str:
@@ -361,7 +370,7 @@ def load_scenario(
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, path.parent)
     except RequestError as error:
         document.validate(Scenario, context=context, also=[("terrain.file", str(error))])
-    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground, track)
+    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground, track, document)
 
 
 def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Sequence[str]]:
@@ -389,14 +398,16 @@ def _track_of(
     pattern, start = table.get("pattern"), table.setdefault("start", {})
     if not isinstance(pattern, dict) or pattern.get("kind") != "track" or not isinstance(start, dict):
         return None, ()
-    track, problems = None, ()
+    track, problems, settings = None, (), None
     try:
-        track = read_track(Track.model_validate(pattern), folder)
+        settings = Track.model_validate(pattern)
+        track = read_track(settings, folder)
     except ValidationError:
         pass  # told with everything else that is wrong in the scenario
     except TrackProblemsError as error:
         problems = error.lines
-    if track is not None or problems:
+    # What the file would have said is not told as missing where its settings are wrong.
+    if track is not None or problems or settings is None:
         for name, value in start_of(track, aircraft).items():
             start.setdefault(name, value)
     return track, problems

@@ -324,6 +324,11 @@ def parts_of(pattern: PatternBase | Sequence) -> tuple[PatternBase, ...]:
     return pattern.parts if isinstance(pattern, Sequence) else (pattern,)
 
 
+def key_of(pattern: PatternBase | Sequence, number: int) -> str:
+    """Key path of a part in a scenario."""
+    return f"pattern.parts[{number}]" if isinstance(pattern, Sequence) else "pattern"
+
+
 def heights_of(pattern: PatternBase | Sequence, start: Start) -> tuple[float, ...]:
     """Heights of the level parts of a flight, with that of the start [m]."""
     heights = [part.height_m(start.alt_m) for part in parts_of(pattern)]
@@ -403,14 +408,26 @@ def needed_s(pattern: PatternBase, index: int, leg_s: float) -> float:
 def shortest_leg_m(pattern: PatternBase, speed_mps: float) -> float | None:
     """Length that every leg must have for its maneuvers at a speed over ground, in steps of 10 m; None if none does."""
     legs = range(pattern.legs * min(pattern.circuits, 25))
-    length = pattern.leg_m
-    while length <= 2.0 * LONGEST_LEG_M:
-        needed = max(needed_s(pattern, leg, length / speed_mps) for leg in legs) * speed_mps
-        if needed <= length + 1e-6:
-            return length
+
+    def needed_m(length: float) -> float:
+        return max(needed_s(pattern, leg, length / speed_mps) for leg in legs) * speed_mps
+
+    short, length = 0.0, pattern.leg_m
+    while (needed := needed_m(length)) > length + 1e-6:
+        if length > 2.0 * LONGEST_LEG_M:
+            return None
         # Trains that are flown after the center move with it, by half of what is added.
-        length = 10.0 * math.ceil(needed / 10.0 - 1e-9)
-    return None
+        short, length = length, 10.0 * math.ceil(needed / 10.0 - 1e-9)
+    # A longer leg may hold a train before its center, and need less: what fits in one length fits in every longer one.
+    while short and length - short > 10.0:
+        middle = 10.0 * math.ceil(0.05 * (short + length))
+        if middle >= length:
+            break
+        if needed_m(middle) <= middle + 1e-6:
+            length = middle
+        else:
+            short = middle
+    return length
 
 
 def legs_allowed(pattern: PatternBase, speed_mps: float) -> str:

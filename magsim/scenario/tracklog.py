@@ -179,7 +179,9 @@ def _from_csv(path: Path, used: dict[str, tuple[str, float]], settings: Track) -
         raise TrackProblemsError([f"{path}:{line}: is not UTF-8 text (byte 0x{data[error.start]:02x})"]) from None
     del data
     rows = _rows(path, text, settings.delimiter)
-    line, header = next(rows, (1, []))
+    line, header = next(rows, (0, []))
+    if not header:
+        raise TrackProblemsError([f"{path}: has no header line; allowed: names of columns, then rows"])
     places = _places(path, line, [name.strip() for name in header], used)
     return _parse(path, rows, len(header), places, used=used, settings=settings)
 

@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from magsim.aircraft import Facts, load_aircraft
 from magsim.earth.atmosphere import standard_density
-from magsim.errors import DataError
+from magsim.errors import RequestError
 from magsim.flight.engines import available_thrust
 from magsim.flight.plant import Setup, start, trimmed_twin
 from magsim.units import FT, G0, LB, LBF, RHO0
@@ -56,7 +56,7 @@ def excess_thrust(facts: Facts, alt_m: float, speed_mps: float) -> float:
     """Thrust that is left in level flight [N]; far below zero where there is no level flight."""
     try:
         fdm = trimmed_twin(facts, still(alt_m, speed_mps))
-    except DataError:
+    except RequestError:
         return -1.0e6
     needed = fdm["propulsion/engine/thrust-lbs"] * LBF
     return available_thrust(facts.engine, speed_mps, standard_density(alt_m)) - needed
@@ -81,7 +81,7 @@ def top_speed(facts: Facts, alt_m: float) -> float:
         try:
             trimmed_twin(facts, still(alt_m, middle))
             low = middle
-        except DataError:
+        except RequestError:
             high = middle
     return low
 

@@ -54,6 +54,8 @@ def test_help_and_version(here, capsys):
     text = capsys.readouterr().out
     for command in cli.COMMANDS:
         assert f"\n  {command} " in text
+    assert cli.main(["plot", "--help"]) == 0
+    assert "\n  field         reading and background\n" in capsys.readouterr().out
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out == f"magsim {magsim.__version__}\n"
 

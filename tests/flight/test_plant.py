@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import Aircraft
-from magsim.errors import DataError
+from magsim.errors import RequestError
 from magsim.flight.air import Weather
 from magsim.flight.autopilot import Sine
 from magsim.flight.maneuvers import Sweep
@@ -162,7 +162,7 @@ def test_generators_give_the_sine_that_is_planned(cessna: Aircraft) -> None:
 
 
 def test_no_trim_is_told(cessna: Aircraft) -> None:
-    with pytest.raises(DataError, match=r"no straight and level flight at 40 m/s and 3000 m"):
+    with pytest.raises(RequestError, match=r"start.speed_mps: .* no straight and level flight at 40 m/s and 3000 m"):
         trim(cessna.facts, Setup(0.0, 0.0, 3000.0, 0.0, 40.0))
 
 

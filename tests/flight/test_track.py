@@ -238,6 +238,12 @@ def test_every_wrong_row_is_told_up_to_a_bound(place):
     assert many[-1].endswith("... and more problems")
 
 
+def test_one_mistake_is_one_line(place):
+    assert problems(place([], head="")).endswith(".csv: has no header line; allowed: names of columns, then rows")
+    (line,) = problems(place(rows()), "pattern.from_s=50", "pattern.to_s=20").splitlines()
+    assert line.endswith("pattern.to_s: 20 is not after from_s = 50; allowed: above that")
+
+
 def test_wrong_columns(place):
     path = place(rows())
     assert "there is no column Roll for roll (did you mean 'roll'?); the file has: t, lat" in problems(
