@@ -119,7 +119,8 @@ def flight(recording: Recording) -> Figure:
         _dress(axes, f"{angle} [deg]")
         axes.tick_params(labelbottom=False)
         if i == 0:
-            axes.set_title("attitude and height; maneuvers shaded", fontsize=10, color=INK, loc="left")
+            shaded = "; maneuvers shaded" if "maneuver" in recording and recording["maneuver"].any() else ""
+            axes.set_title(f"attitude and height{shaded}", fontsize=10, color=INK, loc="left")
             _legend_above(axes, 3)
     height = columns.TRUE_ALTITUDE.pattern
     axes = figure.add_subplot(grid[3, 1], sharex=first)
