@@ -140,7 +140,8 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
     _check_finite(loaded.name, time_s, data)
     order = {family: place for place, family in enumerate(columns.FAMILIES)}
     names = sorted(data, key=lambda name: order[columns.find(name)])
-    return Recording(loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, acquisition))
+    whole = Recording(loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, acquisition))
+    return whole.with_truth(settings.truth)
 
 
 def _path_of(clock: Clock, name: str, flight: Flight, path: Trajectory, seed: int) -> Trajectory:

@@ -16,8 +16,11 @@ import xarray as xr
 
 from magsim import columns
 from magsim.errors import DataError, MagsimError, RequestError
-from magsim.recording import Recording, file, read_recordings
+from magsim.recording import Recording, file, read_recordings, write_recordings
+from magsim.recording.verify import verify
 from magsim.storage import hdf5
+from tests.benchmarks.hostile_files import Watch, read_apart, write_mutated
+from tests.crafted import crafted, digest_of, recording
 
 N = 200
 META = {
@@ -191,7 +194,8 @@ def _time(group: h5py.Group, index: int, value: float) -> None:
 
 
 CHANGES = {
-    "has schema_version 2 (a newer magsim wrote it); allowed: 1": lambda f, g: f.attrs.modify("schema_version", 2),
+    "has schema_version 3 (a newer magsim wrote it); allowed: 1, 2": lambda f, g: f.attrs.modify("schema_version", 3),
+    "has schema_version 0; allowed: 1, 2": lambda f, g: f.attrs.modify("schema_version", 0),
     "is not a recording of magsim": lambda f, g: f.attrs.modify("title", "something else"),
     "there is no flights": lambda f, g: f.move("flights", "fights"),
     "flights: there is no flight inside": lambda f, g: f.move("flights/000001", "other"),
@@ -269,8 +273,9 @@ def test_a_single_changed_byte_anywhere_is_noticed(path, tmp_path):
             read_recordings(changed)
 
 
-def test_damage_behind_a_broken_seal_never_harms(path, tmp_path):
+def test_damage_behind_a_broken_seal_never_harms(path, tmp_path, monkeypatch):
     """Files without a seal, as another program leaves them: HDF5 itself may crash or hang, the reader may not."""
+    monkeypatch.setattr(hdf5, "VET_TIMEOUT_S", 1.0)
     data = path.read_bytes()[: -hdf5.SEAL_BYTES]
     header = np.flatnonzero(np.frombuffer(data, np.uint8))
     rng = np.random.default_rng(2)
@@ -288,3 +293,198 @@ def test_the_seal_is_the_checksum_that_other_tools_compute(path):
     data = path.read_bytes()
     body, tail = data[: -hdf5.SEAL_BYTES], data[-hdf5.SEAL_BYTES :]
     assert tail == b"magsim-sha256:" + hashlib.sha256(body).hexdigest().encode() + b"\n"
+
+
+# --- verify, shards, versions, amounts of truth -----------------------------------------------------------------
+
+
+def test_a_sound_file_is_verified(path):
+    found = verify(path)
+    assert found.flights == ("box",)
+    assert (found.rows, found.columns, found.size) == (N, len(make().data), path.stat().st_size)
+    assert found.digest == hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_verify_finds_any_changed_byte_those_of_the_checksum_too(path, tmp_path, monkeypatch):
+    """No file of these reaches HDF5 in this process unless its child could read it."""
+    monkeypatch.setattr(hdf5, "VET_TIMEOUT_S", 1.0)
+    data = path.read_bytes()
+    changed = tmp_path / "changed.h5"
+    rng = np.random.default_rng(9)
+    used = np.flatnonzero(np.frombuffer(data, np.uint8))
+    positions = {*rng.choice(used, 5).tolist(), *rng.integers(len(data), size=4).tolist()}
+    positions |= {0, 8, *range(len(data) - hdf5.SEAL_BYTES, len(data), 20), len(data) - 1}
+    for position in sorted(positions):
+        broken = bytearray(data)
+        broken[position] ^= int(rng.integers(1, 256))
+        changed.write_bytes(broken)
+        with pytest.raises(DataError) as caught:
+            verify(changed)
+        assert str(caught.value).startswith(f"{changed}: "), position
+    changed.write_bytes(data)
+    assert verify(changed).flights == ("box",)
+
+
+def test_the_checksum_fails_for_every_single_byte(path, tmp_path):
+    data = bytearray(path.read_bytes())
+    changed = tmp_path / "changed.h5"
+    for position in [*range(8, len(data), 499), *range(len(data) - hdf5.SEAL_BYTES, len(data))]:
+        data[position] ^= 0x55
+        changed.write_bytes(data)
+        assert hdf5.seal_state(changed).kind == "broken", position
+        data[position] ^= 0x55
+
+
+def told_by_verify(path: Path, change: object, *, seal: bool) -> list[str]:
+    with h5py.File(path, "a") as opened:
+        change(opened["flights/000001"])
+    if seal:
+        hdf5.seal(path)
+    with pytest.raises(DataError) as caught:
+        verify(path)
+    return [line.removeprefix(f"{path}: ") for line in str(caught.value).splitlines()]
+
+
+def test_verify_tells_where_values_differ(path):
+    lines = told_by_verify(path, lambda g: g["truth"].__setitem__((3, 1), 7.0), seal=False)
+    assert lines == [
+        "has no checksum at its end: another program wrote or changed it",
+        "flights/000001: the values of truth are not those that were written (its checksum differs)",
+    ]
+
+
+def test_verify_tells_the_differences_of_every_flight(tmp_path):
+    shard = tmp_path / "shard.h5"
+    write_recordings(shard, [make("a"), make("b"), make("c")])
+    with h5py.File(shard, "a") as opened:
+        opened["flights/000001/input"][3, 0] = np.nan
+        opened["flights/000003/label"][3, 0] = 1.0
+    hdf5.seal(shard)
+    with pytest.raises(DataError) as caught:
+        verify(shard)
+    assert [line.removeprefix(f"{shard}: flights/") for line in str(caught.value).splitlines()] == [
+        "000001: the values of input are not those that were written (its checksum differs)",
+        "000001: column mag_cabin_nt is not finite, first at 0.3 s",
+        "000003: the values of label are not those that were written (its checksum differs)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (lambda g: g.create_group("more"), "more is not part of the layout"),
+        (
+            lambda g: g["input"].attrs.create("column_meanings", np.array([b"?"] * 5)),
+            "column mag_cabin_nt has meaning '?'; the table of columns has 'Reading of a scalar magnetometer'",
+        ),
+        (lambda g: g["label"].attrs.pop("sha256"), "label has no attribute sha256"),
+        (lambda g: _repack(g, "label"), "label is not one contiguous block of float64, so it cannot be mapped"),
+    ],
+)
+def test_verify_holds_a_file_with_a_checksum_that_fits_against_the_layout(path, change, line):
+    assert f"flights/000001: {line}" in told_by_verify(path, change, seal=True)
+
+
+def _repack(group: h5py.Group, name: str) -> None:
+    values, attributes = group[name][:], dict(group[name].attrs)
+    del group[name]
+    block = group.create_dataset(name, data=values, compression="gzip")
+    for key in ("sha256", "column_units", "column_frames", "column_meanings"):
+        block.attrs[key] = attributes[key]
+
+
+def test_files_of_version_1_are_read_and_verified(path):
+    with h5py.File(path, "a") as opened:
+        opened.attrs.modify("schema_version", 1)
+        opened.visititems(lambda _, item: item.attrs.pop("sha256", None) and None)
+    hdf5.seal(path)
+    hdf5._KNOWN.clear()
+    read, wrote = Recording.read(path), make()
+    assert all(read[name].tobytes() == wrote[name].tobytes() for name in wrote.data)
+    assert verify(path).flights == ("box",)
+
+
+def test_flights_of_a_shard_are_read_by_name(tmp_path):
+    shard = tmp_path / "shard.h5"
+    write_recordings(shard, (make(name) for name in ("a", "b", "c", "c")))
+    assert [r.name for r in read_recordings(shard, ["c", "a"])] == ["a", "c", "c"]
+    assert Recording.read(shard, "b").name == "b"
+    with pytest.raises(RequestError, match=r"there is no flight 'd' \(magsim info lists them\)"):
+        read_recordings(shard, ["a", "d"])
+    with pytest.raises(RequestError, match="holds 2 flights of the name 'c', where one is needed"):
+        Recording.read(shard, "c")
+    assert verify(shard).flights == ("a", "b", "c", "c")
+    with h5py.File(shard) as opened:
+        for flight in opened["flights"].values():
+            for role in columns.ROLES:
+                block = flight[role]
+                assert (block.chunks, block.compression, block.dtype.str) == (None, None, "<f8")
+                assert block.id.get_offset() is not None
+
+
+def test_a_shard_with_a_bad_flight_is_not_written(tmp_path):
+    def flights():
+        yield make("good")
+        yield Recording("bad", np.arange(3.0), {"mag_cabin_nt": np.array([1.0, np.inf, 2.0])})
+
+    with pytest.raises(DataError, match="bad: column mag_cabin_nt is not finite, first at 1 s"):
+        write_recordings(tmp_path / "shard.h5", flights())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_seal_that_fits_is_not_trusted(path):
+    """Another process may have made it: the file is walked through by a child all the same."""
+    hdf5._KNOWN.clear()
+    with h5py.File(path, "a") as opened:
+        opened["x"] = h5py.SoftLink("/flights")
+    hdf5.seal(path)
+    hdf5._KNOWN.clear()
+    with pytest.raises(DataError, match="has a member 'x' that is a link to elsewhere"):
+        read_recordings(path)
+
+
+def test_bytes_that_were_walked_through_once_are_not_again(path, monkeypatch):
+    hdf5._KNOWN.clear()
+    assert len(read_recordings(path)) == 1
+    monkeypatch.setattr(hdf5, "VET_PROGRAM", Path("/nowhere"))
+    assert len(read_recordings(path)) == 1
+
+
+def test_hostile_files_do_no_harm(tmp_path):
+    """The full numbers are those of tests/benchmarks/hostile_files.py."""
+    bad = crafted(tmp_path)
+    mutated = write_mutated(tmp_path, 30, seed=3)
+    good = {tmp_path / f"good_{number}.h5": recording(number) for number in range(5)}
+    for target, wrote in good.items():
+        wrote.write(target)
+    watch = Watch(tmp_path / "secrets")
+    tally = read_apart([*bad.values(), *mutated, *good], readers=1)
+    assert watch.seen() == 0
+    assert (tally.crashes, tally.hangs, tally.unclear, tally.canaries) == ([], [], [], [])
+    assert [name for name, target in bad.items() if str(target) not in tally.refused] == []
+    assert all(tally.read[str(target)] == digest_of(wrote) for target, wrote in good.items())
+    assert len(tally.read) + len(tally.refused) == len(bad) + len(mutated) + len(good)
+
+
+def test_a_writer_that_is_killed_leaves_no_target_or_a_whole_one(tmp_path):
+    """Kills ``write_recordings`` itself; tests/benchmarks/killed_generate.py does the same to ``magsim generate``."""
+    code = (
+        "import sys, test_recording_io as t\n"
+        "from pathlib import Path\n"
+        "flights = [t.make(str(i)) for i in range(20)]\n"
+        "print('go', flush=True)\n"
+        "for i in range(1000): t.write_recordings(Path(sys.argv[1]), flights, force=True)"
+    )
+    folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
+    rng = np.random.default_rng(6)
+    target = tmp_path / "shard.h5"
+    for wait_s in rng.uniform(0.0, 0.25, 3):
+        command = [sys.executable, "-c", code, str(target)]
+        writer = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": folders}, stdout=subprocess.PIPE)
+        writer.stdout.readline()
+        time.sleep(wait_s)
+        writer.kill()
+        writer.wait()
+        writer.stdout.close()
+        if target.exists():
+            assert len(verify(target).flights) == 20

@@ -256,3 +256,16 @@ def test_end_to_end_twice(flown):
     assert again.meta == whole.meta
     for name, column in whole.data.items():
         np.testing.assert_array_equal(again[name], column, err_msg=name)
+
+
+def test_a_scenario_says_how_much_truth_is_kept():
+    whole = record(loaded(), flight(), truth())
+    assert set(record(loaded(truth="full"), flight(), truth()).data) == set(whole.data)
+    parts = {name for name in whole.data if columns.find(name) is columns.PART}
+    assert parts
+    assert set(record(loaded(truth="sum"), flight(), truth()).data) == set(whole.data) - parts
+    none = record(loaded(truth="none"), flight(), truth())
+    assert set(none.data) == {*whole.names("input"), *whole.names("segment")}
+    assert all(np.array_equal(none[name], whole[name]) for name in none.data)
+    with pytest.raises(ValueError, match="truth"):
+        loaded(truth="some")

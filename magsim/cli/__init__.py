@@ -22,6 +22,7 @@ COMMANDS = {
     "export": ("magsim.cli.export:export", "Write a recording for other programs."),
     "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
     "map": ("magsim.cli.map:map_", "Predict where on an aircraft a magnetometer is quiet."),
+    "verify": ("magsim.cli.verify:verify", "Check a recording file in every byte."),
     "schema": ("magsim.cli.schema:schema", "Print the JSON schema of scenario files."),
 }
 """Commands by name: where each is, and what it does."""

@@ -25,10 +25,12 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     SCENARIO is a TOML file, or the name of a shipped scenario such as calibration_c208b or papers/000_simulated.
     The same scenario, settings and version write the same bytes.
     """
-    from magsim import storage
     from magsim.cli.interrupts import held
-    from magsim.cli.progress import stages
-    from magsim.scenario import load_scenario
+
+    with held():
+        from magsim import storage
+        from magsim.cli.progress import stages
+        from magsim.scenario import load_scenario
 
     loaded = load_scenario(scenario, overrides)
     target = output or Path(f"{loaded.name}.h5")

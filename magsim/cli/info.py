@@ -24,14 +24,15 @@ class Section:
 
 @click.command(short_help="Say what a recording holds.")
 @click.argument("file", type=click.Path(path_type=Path))
-def info(file: Path) -> None:
+@click.option("--flight", metavar="NAME", help="Tell one of several flights in full.")
+def info(file: Path, flight: str | None) -> None:
     """Say what FILE holds: flights, sensors, columns, segments, maneuvers, and where it comes from.
 
     FILE may be a folder of recordings too. Several flights are listed, one is told in full.
     """
     from magsim.recording import read_recordings
 
-    recordings = read_recordings(file)
+    recordings = read_recordings(file, None if flight is None else [flight])
     sections = [_flights(recordings)]
     if len(recordings) == 1:
         sections += [*_details(recordings[0])]

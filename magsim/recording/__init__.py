@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+TRUTHS = ("full", "sum", "none")
+"""How much truth a recording keeps: all of it; all but the vectors of the parts; neither truth nor labels."""
+
+
 @dataclass(frozen=True)
 class Recording:
     """One flight at the recording rate.
@@ -117,6 +121,25 @@ class Recording:
         """A copy for judging: inputs alone. Labels, segments, truth, scenario text, digest and seed are gone."""
         return self._keep(("input",))
 
+    def with_truth(self, truth: str) -> "Recording":
+        """A copy with as much truth as ``TRUTHS`` says: ``full``, ``sum`` or ``none``.
+
+        Raises
+        ------
+        ValueError
+            If there is no such word.
+        """
+        if truth not in TRUTHS:
+            msg = f"truth cannot be {truth!r}; allowed: {', '.join(TRUTHS)}"
+            raise ValueError(msg)
+        dropped = {"full": (), "sum": (columns.PART,)}.get(truth)
+        kept = {
+            name: column
+            for name, column in self.data.items()
+            if (columns.role_of(name) in ("input", "segment") if dropped is None else columns.find(name) not in dropped)
+        }
+        return replace(self, data=kept)
+
     def take(self, rows: np.ndarray | slice) -> "Recording":
         """The rows picked by a mask, an index array or a slice."""
         return replace(self, time_s=self.time_s[rows], data={name: column[rows] for name, column in self.data.items()})
@@ -192,31 +215,52 @@ class Recording:
         file.write(Path(path), [self], force=force)
 
     @classmethod
-    def read(cls, path: Path | str) -> "Recording":
-        """Read a file that holds exactly one flight; ``read_recordings`` reads several.
+    def read(cls, path: Path | str, name: str | None = None) -> "Recording":
+        """Read the flight of a name, or of a file that holds exactly one; ``read_recordings`` reads several.
 
         Raises
         ------
         RequestError
-            If there is no such file, or it holds several flights.
+            If there is no such file or flight, or there are several.
         DataError
             If it is no recording, or is truncated or damaged.
         """
         from magsim.recording import file
 
-        return file.read_one(Path(path))
+        return file.read_one(Path(path), name)
 
 
-def read_recordings(path: Path | str) -> tuple[Recording, ...]:
-    """Read all flights of a file, or of all ``*.h5`` files of a folder in the order of their names.
+def write_recordings(path: Path | str, recordings: Iterable[Recording], *, force: bool = False) -> None:
+    """Write several flights to one file, a shard, whole or not at all; an iterator is drawn from while writing.
 
     Raises
     ------
     RequestError
-        If there is no such file, or the folder has no recording.
+        If the path is taken and ``force`` is not set, or cannot be written to.
+    DataError
+        If a column is not finite.
+    """
+    from magsim.recording import file
+
+    file.write(Path(path), recordings, force=force)
+
+
+def read_recordings(path: Path | str, names: Iterable[str] | None = None) -> tuple[Recording, ...]:
+    """Read flights of a file, or of all ``*.h5`` files of a folder in the order of their names.
+
+    Parameters
+    ----------
+    path : Path or str
+    names : iterable of str, optional
+        Only the flights of these names; all by default.
+
+    Raises
+    ------
+    RequestError
+        If there is no such file or flight, or the folder has no recording.
     DataError
         If a file is no recording, or is truncated or damaged.
     """
     from magsim.recording import file
 
-    return file.read(Path(path))
+    return file.read(Path(path), None if names is None else list(names))

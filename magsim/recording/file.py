@@ -1,4 +1,4 @@
-"""Recordings in HDF5 files, which netCDF tools read as well.
+"""Recordings in HDF5 files, which netCDF tools read as well; ``docs/format.md`` describes the layout in full.
 
 Layout::
 
@@ -11,12 +11,15 @@ Layout::
       label, truth, segment            as input, each with its *_channel
       texts/<key>     ()      bytes    entries of meta that are too long for an attribute
 
+Each data set has an attribute sha256, of its values.
+
 The same recordings give the same bytes: no clock, no path, no host. A seal follows the data (see
 ``magsim.storage.hdf5``).
 """
 
+import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,8 +35,14 @@ from magsim.storage import hdf5
 if TYPE_CHECKING:
     import h5py
 
-SCHEMA = 1
-"""Version of the layout."""
+SCHEMA = 2
+"""Version of the layout that is written."""
+
+READABLE = (1, 2)
+"""Versions that are read. 1 has no checksums of its data sets."""
+
+CHECKSUM = "sha256"
+"""Attribute of a data set: SHA-256 of its values."""
 
 ATTRIBUTE_BYTES = 60_000
 """Longest attribute: HDF5 keeps it in the header of its object, which ends at 64 kB."""
@@ -43,15 +52,16 @@ _RESERVED = ("name",)
 _DETAILS = ("units", "frames", "meanings")
 
 
-def write(path: Path, recordings: Sequence[Recording], *, force: bool = False) -> None:
-    """Write recordings to one file, whole or not at all.
+def write(path: Path, recordings: Iterable[Recording], *, force: bool = False) -> None:
+    """Write recordings to one file, a shard, whole or not at all.
 
     Parameters
     ----------
     path : Path
         Where; its folder must exist.
-    recordings : sequence of Recording
-        Flights, numbered in this order from 000001.
+    recordings : iterable of Recording
+        Flights, numbered in this order from 000001; an iterator is drawn from while the file is written, so that
+        no more than one need be in memory.
     force : bool
         Replace an existing file.
 
@@ -62,8 +72,6 @@ def write(path: Path, recordings: Sequence[Recording], *, force: bool = False) -
     DataError
         If a column is not finite.
     """
-    for recording in recordings:
-        check_finite(recording.name, recording.time_s, recording.data)
     storage.atomic_write(path, lambda temporary: _write(temporary, recordings), force=force)
 
 
@@ -76,7 +84,7 @@ def check_finite(where: str, time_s: np.ndarray, data: Mapping[str, np.ndarray])
             raise DataError(msg)
 
 
-def _write(path: Path, recordings: Sequence[Recording]) -> None:
+def _write(path: Path, recordings: Iterable[Recording]) -> None:
     import h5py
 
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
@@ -86,6 +94,7 @@ def _write(path: Path, recordings: Sequence[Recording]) -> None:
         file.attrs["generator"] = _text(f"magsim {magsim.__version__}")
         flights = file.create_group("flights")
         for number, recording in enumerate(recordings, start=1):
+            check_finite(recording.name, recording.time_s, recording.data)
             _write_flight(flights.create_group(f"{number:06d}"), recording)
     hdf5.seal(path)
 
@@ -93,7 +102,7 @@ def _write(path: Path, recordings: Sequence[Recording]) -> None:
 def _write_flight(group: "h5py.Group", recording: Recording) -> None:
     group.attrs["name"] = _text(recording.name)
     _write_meta(group, recording.meta)
-    time_s = group.create_dataset(columns.TIME, data=recording.time_s)
+    time_s = _create(group, columns.TIME, recording.time_s)
     start = recording.meta.get("start_utc")
     time_s.attrs["units"] = _text(f"seconds since {_cf_time(start)}" if isinstance(start, str) else "s")
     time_s.attrs["calendar"] = _text("standard")
@@ -106,10 +115,10 @@ def _write_flight(group: "h5py.Group", recording: Recording) -> None:
         if not names:
             continue
         families = [columns.find(name) for name in names]
-        channel = group.create_dataset(f"{role}_channel", data=_texts(names))
+        channel = _create(group, f"{role}_channel", _texts(names))
         channel.attrs["long_name"] = _text(f"names of the columns of {role}")
         channel.make_scale(f"{role}_channel")
-        block = group.create_dataset(role, data=recording.stack(names))
+        block = _create(group, role, recording.stack(names))
         block.dims[0].attach_scale(time_s)
         block.dims[1].attach_scale(channel)
         block.attrs["long_name"] = _text(f"columns of role {role}")
@@ -117,6 +126,19 @@ def _write_flight(group: "h5py.Group", recording: Recording) -> None:
             _DETAILS, zip(*((f.unit, f.frame, f.meaning) for f in families), strict=True), strict=True
         ):
             _set_attribute(block, f"column_{detail}", _texts(values))
+
+
+def _create(group: "h5py.Group", name: str, values: np.ndarray) -> "h5py.Dataset":
+    """A contiguous data set with the checksum of its values."""
+    values = values.astype("<f8", copy=False) if values.dtype.kind == "f" else values
+    item = group.create_dataset(name, data=values)
+    item.attrs[CHECKSUM] = _text(checksum(values))
+    return item
+
+
+def checksum(values: np.ndarray) -> str:
+    """SHA-256 of values as they lie in the file: C order, little-endian."""
+    return hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest()
 
 
 def _write_meta(group: "h5py.Group", meta: Mapping[str, object]) -> None:
@@ -132,7 +154,7 @@ def _write_meta(group: "h5py.Group", meta: Mapping[str, object]) -> None:
             name = key if isinstance(value, str) else key + _JSON
             text = _text(value if isinstance(value, str) else _json(value))
             if text.dtype.itemsize > ATTRIBUTE_BYTES:
-                group.require_group("texts").create_dataset(name, data=text)
+                _create(group.require_group("texts"), name, text)
             else:
                 group.attrs[name] = text
 
@@ -173,22 +195,24 @@ def _cf_time(start_utc: str) -> str:
     return start.replace(tzinfo=None).isoformat(sep=" ")
 
 
-def read(path: Path) -> tuple[Recording, ...]:
-    """All flights of a file, or of all ``*.h5`` files of a folder, in the order of their names.
+def read(path: Path, names: Iterable[str] | None = None) -> tuple[Recording, ...]:
+    """Flights of a file, or of all ``*.h5`` files of a folder, in the order of their names.
 
     Parameters
     ----------
     path : Path
+    names : iterable of str, optional
+        Read only the flights of these names; all by default. The others' values are not touched.
 
     Returns
     -------
     tuple of Recording
-        One or more.
+        One or more; in the order of the file.
 
     Raises
     ------
     RequestError
-        If there is no such file, or a folder has no recording.
+        If there is no such file, a folder has no recording, or there is no flight of a name that is asked for.
     DataError
         If a file is no recording, or is truncated or damaged.
     """
@@ -197,24 +221,47 @@ def read(path: Path) -> tuple[Recording, ...]:
         if not files:
             msg = f"{path}: this folder has no recording (*.h5)"
             raise RequestError(msg)
-        return tuple(recording for file in files for recording in read(file))
+        hdf5.vet_many(files)
+        found = [flight for file in files for flight in _read_file(file, names)]
+    else:
+        found = _read_file(path, names)
+    missing = set(names or ()) - {flight.name for flight in found}
+    if missing:
+        msg = f"{path}: there is no flight {min(missing)!a} (magsim info lists them)"
+        raise RequestError(msg)
+    return tuple(found)
+
+
+def _read_file(path: Path, names: Iterable[str] | None) -> list[Recording]:
     with hdf5.open_careful(path) as root:
-        _check_schema(root)
-        flights = root.group("flights")
-        found = tuple(_read_flight(flights.group(name)) for name in flights.names())
-        if not found:
-            flights.refuse("there is no flight inside")
+        wanted = None if names is None else set(names)
+        return [read_flight(group) for group in flight_groups(root) if wanted is None or flight_name(group) in wanted]
+
+
+def flight_groups(root: hdf5.Reader) -> list[hdf5.Reader]:
+    """The groups of all flights of an opened file, in the order of their numbers, after a check of the version."""
+    _check_schema(root)
+    flights = root.group("flights")
+    found = [flights.group(name) for name in flights.names()]
+    if not found:
+        flights.refuse("there is no flight inside")
     return found
 
 
-def read_one(path: Path) -> Recording:
-    """The flight of a file that holds exactly one; see ``read`` for what it raises."""
+def flight_name(group: hdf5.Reader) -> str:
+    """Name of a flight."""
+    return str(group.attributes().get("name", ""))
+
+
+def read_one(path: Path, name: str | None = None) -> Recording:
+    """The flight of a name, or of a file that holds exactly one; see ``read`` for what it raises."""
     if path.is_dir():
         msg = f"{path}: is a folder, where one recording file is needed"
         raise RequestError(msg)
-    found = read(path)
+    found = read(path, None if name is None else [name])
     if len(found) > 1:
-        msg = f"{path}: holds {len(found)} flights, where one is needed (read_recordings reads them all)"
+        which = "flights" if name is None else f"flights of the name {name!a}"
+        msg = f"{path}: holds {len(found)} {which}, where one is needed (read_recordings reads them all)"
         raise RequestError(msg)
     return found[0]
 
@@ -224,12 +271,13 @@ def _check_schema(root: hdf5.Reader) -> None:
     version = attributes.get("schema_version")
     if attributes.get("title") != "magsim" or not isinstance(version, int):
         root.refuse("is not a recording of magsim")
-    if version != SCHEMA:
+    if version not in READABLE:
         newer = " (a newer magsim wrote it)" if version > SCHEMA else ""
-        root.refuse(f"has schema_version {version}{newer}; allowed: {SCHEMA}")
+        root.refuse(f"has schema_version {version}{newer}; allowed: {', '.join(map(str, READABLE))}")
 
 
-def _read_flight(group: hdf5.Reader) -> Recording:
+def read_flight(group: hdf5.Reader) -> Recording:
+    """One flight, checked against the table of columns."""
     present = group.names()
     time_s = group.array(columns.TIME, kind="f", ndim=1)
     if len(time_s) < 2 or not np.isfinite(time_s).all() or not np.all(np.diff(time_s) > 0.0):

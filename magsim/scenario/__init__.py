@@ -165,6 +165,10 @@ class RecordingSettings(Strict):
     """The rows that are written, and which of them serve for training."""
 
     rate_hz: int = Field(default=10, ge=5, le=20, description="rows a second; divides flight.step_hz")
+    truth: Literal["full", "sum", "none"] = Field(
+        default="full",
+        description="full: all truth; sum: without the vector of each part; none: neither truth nor labels",
+    )
     train_circuits: Annotated[tuple[int, ...], Field(strict=False)] = (1,)
     valid_legs: Annotated[tuple[int, ...], Field(strict=False)] = Field(
         default=(4,), description="legs of the training circuits that are kept for validation"

@@ -120,6 +120,30 @@ def test_info_lists_several_flights(here, capsys):
     assert "Columns" not in out
 
 
+def test_info_tells_one_flight_of_a_shard_in_full(here, capsys):
+    file.write(Path("two.h5"), [small("first"), small("second")])
+    assert cli.main(["info", "two.h5", "--flight", "second"]) == 0
+    text = capsys.readouterr().out
+    assert "second" in text
+    assert "first" not in text
+    assert "Where it comes from" in text
+    assert cli.main(["info", "two.h5", "--flight", "third"]) == 2
+    assert "there is no flight 'third'" in capsys.readouterr().err
+
+
+def test_verify_says_whether_a_file_is_sound(here, capsys):
+    file.write(Path("two.h5"), [small("first"), small("second")])
+    assert cli.main(["verify", "two.h5"]) == 0
+    size = Path("two.h5").stat().st_size
+    assert capsys.readouterr().out.startswith(f"two.h5: sound; 2 flights, 120 rows, 5 columns, {size} bytes\nsha256 ")
+    data = bytearray(Path("two.h5").read_bytes())
+    data[-20] ^= 1
+    Path("two.h5").write_bytes(data)
+    assert cli.main(["verify", "two.h5"]) == 3
+    assert capsys.readouterr().err.startswith("two.h5: is damaged: ")
+    assert cli.main(["verify", "no.h5"]) == 2
+
+
 def test_info_on_a_terminal_shows_tables(here):
     small().write("small.h5")
     leader, follower = pty.openpty()

@@ -1,0 +1,154 @@
+"""Windows of rows from many flights, memory-mapped: for training on more than fits into memory."""
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from magsim import columns
+from magsim.errors import RequestError
+from magsim.recording import file
+from magsim.storage import hdf5
+
+
+class Windows:
+    """Windows of a fixed number of rows of one block from every flight of some files.
+
+    The files are opened with care once, to check them and to find where the blocks lie; from then on windows are copied
+    out of mapped memory without HDF5. No window spans a jump in time. The files must not change meanwhile.
+
+    Parameters
+    ----------
+    paths : Path, str, or several
+        Recording files.
+    rows : int
+        Rows of a window, 1 or more.
+    role : str
+        The block: ``input``, ``label``, ``truth`` or ``segment``.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Columns of the windows, the same in every flight.
+    flights : tuple of str
+        Names of the flights.
+    rows : int
+
+    Raises
+    ------
+    RequestError
+        If there is no such file, or no flight has as many rows.
+    DataError
+        If a file is no recording or is damaged, a flight has no such block, or other columns than the first.
+    """
+
+    def __init__(self, paths: Path | str | Iterable[Path | str], *, rows: int, role: str = "input") -> None:
+        if role not in columns.ROLES or rows < 1:
+            msg = f"no windows of {rows} rows of {role!r}; allowed: 1 row or more of {', '.join(columns.ROLES)}"
+            raise ValueError(msg)
+        files = [Path(paths)] if isinstance(paths, Path | str) else [Path(path) for path in paths]
+        if not files:
+            msg = "windows need at least one recording file"
+            raise RequestError(msg)
+        self.rows = rows
+        self.names: tuple[str, ...] = ()
+        flights: list[str] = []
+        self._blocks: list[np.ndarray] = []
+        block_of, first_of, count_of = [], [], []
+        hdf5.vet_many(files)
+        for path in files:
+            mapped = None
+            with hdf5.open_careful(path) as root:
+                for group in file.flight_groups(root):
+                    if mapped is None:
+                        mapped = np.memmap(path, dtype=np.uint8, mode="r")
+                    self._blocks.append(self._block(group, role, mapped))
+                    flights.append(file.flight_name(group))
+                    for first, last in _runs(group):
+                        if last - first >= rows:
+                            block_of.append(len(self._blocks) - 1)
+                            first_of.append(first)
+                            count_of.append(last - first - rows + 1)
+        if not count_of:
+            msg = f"no flight of {', '.join(map(str, files[:3]))} has {rows} rows without a jump in time"
+            raise RequestError(msg)
+        self.flights = tuple(flights)
+        self._block_of, self._first_of = np.array(block_of), np.array(first_of)
+        self._ends = np.cumsum(count_of)
+
+    def __len__(self) -> int:
+        """Number of different windows: one for every row that a window can begin with."""
+        return int(self._ends[-1])
+
+    def _block(self, group: hdf5.Reader, role: str, mapped: np.ndarray) -> np.ndarray:
+        if role not in group.names():
+            group.refuse(f"there is no {role}")
+        names = tuple(n.decode("utf-8", "replace") for n in group.array(f"{role}_channel", kind="S", ndim=1).tolist())
+        if self.names and names != self.names:
+            group.refuse(f"{role} has other columns than the first flight")
+        self.names = names
+        offset, shape = group.block(role, ndim=2)
+        if shape[1] != len(names) or shape[0] != len(group.array(columns.TIME, kind="f", ndim=1)):
+            group.refuse(f"{role} has shape {shape}, which time_s and {role}_channel do not have")
+        return np.ndarray(shape, dtype="<f8", buffer=mapped, offset=offset)
+
+    def take(self, indices: np.ndarray | Sequence[int], out: np.ndarray | None = None) -> np.ndarray:
+        """Copy windows.
+
+        Parameters
+        ----------
+        indices : (m,) int
+            From 0 to ``len(self) - 1``.
+        out : (m, rows, c), optional
+            Where to; its type decides the precision. A new float64 array by default.
+
+        Returns
+        -------
+        (m, rows, c)
+
+        Raises
+        ------
+        IndexError
+            If there is no such window.
+        """
+        indices = np.asarray(indices, dtype=np.int64)
+        if indices.size and (indices.min() < 0 or indices.max() >= len(self)):
+            msg = f"there are windows 0 to {len(self) - 1}, not {indices.min()} to {indices.max()}"
+            raise IndexError(msg)
+        runs, starts = self._place(indices)
+        shape = (len(indices), self.rows, len(self.names))
+        if out is None:
+            out = np.empty(shape)
+        elif out.shape != shape:
+            msg = f"out has shape {out.shape}, expected {shape}"
+            raise ValueError(msg)
+        rows, blocks = self.rows, self._blocks
+        for i, (block, start) in enumerate(zip(self._block_of[runs].tolist(), starts.tolist(), strict=True)):
+            out[i] = blocks[block][start : start + rows]
+        return out
+
+    def where(self, index: int) -> tuple[int, int]:
+        """Number of the flight, from 0 as in ``flights``, and the first row of a window."""
+        runs, starts = self._place(np.array([index]))
+        return int(self._block_of[runs[0]]), int(starts[0])
+
+    def random(self, count: int, rng: np.random.Generator, out: np.ndarray | None = None) -> np.ndarray:
+        """Copy windows that are drawn with equal chances and replacement, (count, rows, c)."""
+        return self.take(rng.integers(len(self), size=count), out)
+
+    def _place(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        runs = np.searchsorted(self._ends, indices, side="right")
+        before = np.where(runs > 0, self._ends[runs - 1], 0)
+        return runs, self._first_of[runs] + indices - before
+
+
+def _runs(group: hdf5.Reader) -> list[tuple[int, int]]:
+    """Stretches of rows, first and beyond the last, without a step of more than 1.5 usual ones."""
+    time_s = group.array(columns.TIME, kind="f", ndim=1)
+    steps = np.diff(time_s)
+    if len(steps) < 1 or not np.isfinite(time_s).all() or not np.all(steps > 0.0):
+        group.refuse("time_s is not strictly increasing, finite and of 2 rows or more")
+    cuts = np.flatnonzero(steps > 1.5 * np.median(steps)) + 1
+    bounds = [0, *cuts.tolist(), len(time_s)]
+    return list(pairwise(bounds))

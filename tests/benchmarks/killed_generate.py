@@ -1,0 +1,96 @@
+"""Kill ``magsim generate`` at random moments: the target is absent or whole.
+
+Run ``python tests/benchmarks/killed_generate.py [--json] [--moments N]``. One in five moments is drawn over the whole
+run, the others over 60 ms from when a temporary file is seen to hold data: in these it is written and gets its name.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from magsim.errors import DataError
+from magsim.recording.verify import verify
+from tests.benchmarks.rows import at_most, finish, stated
+
+SCENARIO = "patterns/straight"
+WRITING_S = 0.06
+
+
+def start(target: Path) -> subprocess.Popen[bytes]:
+    """A run of its own."""
+    arguments = [sys.executable, "-m", "magsim", "generate", SCENARIO, "--quiet", "--output", str(target)]
+    return subprocess.Popen(arguments, cwd=Path(__file__).parents[2], stderr=subprocess.DEVNULL)
+
+
+def wait_for_data(process: subprocess.Popen[bytes], folder: Path) -> None:
+    """Until a temporary file holds data, or the run ends."""
+    while process.poll() is None:
+        for path in folder.glob(".*.part.h5"):
+            try:
+                if path.stat().st_size:
+                    return
+            except FileNotFoundError:
+                continue
+        time.sleep(0.0005)
+
+
+def main() -> None:
+    """One run for the time that it takes, then one for each moment."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else")
+    parser.add_argument("--moments", type=int, default=50)
+    arguments = parser.parse_args()
+    rng = np.random.default_rng(5)
+    counts = {"absent": 0, "whole": 0, "broken": 0}
+    while_writing = 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        began = time.perf_counter()
+        start(folder / "whole.h5").wait()
+        run_s = time.perf_counter() - began
+        for number in range(arguments.moments):
+            target = folder / f"{number}.h5"
+            process = start(target)
+            if number % 5:
+                wait_for_data(process, folder)
+                time.sleep(rng.uniform(0.0, WRITING_S))
+            else:
+                time.sleep(rng.uniform(0.0, run_s))
+            process.kill()
+            process.wait()
+            parts = list(folder.glob(".*.part.h5"))
+            while_writing += bool(parts)
+            for path in parts:
+                path.unlink()
+            counts[_state(target)] += 1
+    finish(
+        [
+            at_most("broken", counts["broken"], "1", 0),
+            stated("absent", counts["absent"], "1"),
+            stated("whole", counts["whole"], "1"),
+            stated("killed_while_writing", while_writing, "1"),
+            stated("run_s", run_s, "s"),
+        ],
+        as_json=arguments.json,
+    )
+
+
+def _state(target: Path) -> str:
+    if not target.exists():
+        return "absent"
+    try:
+        verify(target)
+    except DataError:
+        return "broken"
+    return "whole"
+
+
+if __name__ == "__main__":
+    main()
