@@ -150,7 +150,10 @@ def _check(recording: Recording, sensor: str) -> None:
         msg = f"recording {recording.name!r} has no scalar magnetometer {sensor!r}; it has {has}"
         raise RequestError(msg)
     if columns.SPLIT.pattern not in recording:
-        msg = f"recording {recording.name!r} has no column 'split', which tells training rows from test rows"
+        msg = (
+            f"recording {recording.name!r} has no column 'split', which tells training rows from test rows; "
+            "magsim import makes it with --train and --test"
+        )
         raise RequestError(msg)
 
 

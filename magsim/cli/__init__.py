@@ -20,6 +20,7 @@ COMMANDS = {
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
     "info": ("magsim.cli.info:info", "Say what a recording holds."),
     "export": ("magsim.cli.export:export", "Write a recording for other programs."),
+    "import": ("magsim.cli.import_:import_", "Make a recording of a survey file."),
     "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
     "map": ("magsim.cli.map:map_", "Predict where on an aircraft a magnetometer is quiet."),
     "verify": ("magsim.cli.verify:verify", "Check a recording file in every byte."),

@@ -115,7 +115,10 @@ def _load(paths: Sequence[Path]) -> list[tuple["Recording", "Recording | None", 
     out = []
     for recording in (recording for path in paths for recording in read_recordings(path)):
         if columns.SPLIT.pattern not in recording:
-            msg = f"recording {recording.name!r} has no column 'split', which tells training rows from test rows"
+            msg = (
+                f"recording {recording.name!r} has no column 'split', which tells training rows from test rows; "
+                "magsim import makes it with --train and --test"
+            )
             raise RequestError(msg)
         masks = [recording.mask(split=split) for split in ("train", "valid")]
         sides = [recording.take(mask).labeled() if mask.sum() >= 2 else None for mask in masks]

@@ -5,6 +5,7 @@ characters. So every root data set has one value for each row, and groups and te
 (MagNav.jl, ``src/get_XYZ.jl``, get_XYZ20).
 """
 
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,17 @@ import magsim
 from magsim import columns
 from magsim.errors import RequestError
 from magsim.exchange import sgl
+from magsim.exchange.textfile import MAX_CELLS
 from magsim.recording import Recording
+from magsim.storage import hdf5
+
+TIME = "tt"
+
+OTHER_NAMES = ("N", "Cnb", "ins_Cnb", "ins_P")
+"""Names of the layout that a recording of magsim could not have."""
+
+MAX_ROWS = 20_000_000
+"""Most rows that are read."""
 
 
 def write(path: Path, recording: Recording, flight: int) -> None:
@@ -89,3 +100,43 @@ def _text(text: str) -> np.ndarray:
 
     data = text.encode()
     return np.array(data, dtype=h5py.string_dtype("utf-8", max(1, len(data))))
+
+
+def read(path: Path, choose: Callable[[Sequence[str]], Mapping[str, str]]) -> dict[str, np.ndarray]:
+    """Fields of a file in this layout.
+
+    Parameters
+    ----------
+    path : Path
+    choose : callable
+        Given the names of all members of the root, those that are wanted; the keys of a mapping.
+
+    Returns
+    -------
+    dict of str to (n,)
+        Float64; NaN where a value is missing.
+
+    Raises
+    ------
+    RequestError
+        If there is no such file.
+    DataError
+        If the file is broken, or a field is no row of numbers, or as long as no other.
+    """
+    with hdf5.open_careful(path, also=OTHER_NAMES) as root:
+        names = root.names()
+        if TIME not in names:
+            root.refuse(f"there is no {TIME}, the time, so it is no flight in the layout of MagNav.jl")
+        time_s = root.array(TIME, kind="f", ndim=1)
+        if len(time_s) > MAX_ROWS:
+            root.refuse(f"{TIME} has {len(time_s)} rows; allowed: up to {MAX_ROWS}")
+        found = {TIME: time_s.astype(float)}
+        wanted = choose(names)
+        if len(wanted) * len(time_s) > MAX_CELLS:
+            root.refuse(f"{len(wanted)} fields of {len(time_s)} rows are more than {MAX_CELLS} values")
+        for name in wanted:
+            values = root.array(name, kind="f", ndim=1)
+            if values.shape != time_s.shape:
+                root.refuse(f"{name} has {len(values)} values and {TIME} has {len(time_s)}")
+            found[name] = values.astype(float)
+        return found

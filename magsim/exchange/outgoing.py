@@ -109,15 +109,15 @@ def targets(flights: Sequence[tuple[int, Recording]], kind: str, output: Path | 
             msg = f"{output}: the format gdf2 writes a pair of files; give the name of the one that ends in .dat"
             raise RequestError(msg)
         return [output]
-    stems = [_stem(recording.name) for _, recording in flights]
+    stems = [stem(recording.name) for _, recording in flights]
     out = []
-    for (number, _), stem in zip(flights, stems, strict=True):
-        unique = stem if [s.lower() for s in stems].count(stem.lower()) == 1 else f"{stem}_{number}"
+    for (number, _), name in zip(flights, stems, strict=True):
+        unique = name if [s.lower() for s in stems].count(name.lower()) == 1 else f"{name}_{number}"
         out.append((output or Path()) / f"{unique}{ending}")
     return out
 
 
-def _stem(name: str) -> str:
+def stem(name: str) -> str:
     """A file name that every system takes."""
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", name).lstrip(".")[:100] or "flight"
 

@@ -14,7 +14,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -115,12 +115,14 @@ def seal_state(path: Path) -> SealState:
 
 
 @contextlib.contextmanager
-def open_careful(path: Path, *, whatever_the_seal: bool = False) -> Iterator["Reader"]:
+def open_careful(path: Path, *, also: Collection[str] = (), whatever_the_seal: bool = False) -> Iterator["Reader"]:
     """Open an HDF5 file from anywhere for reading.
 
     Parameters
     ----------
     path : Path
+    also : collection of str
+        Names of members that are allowed beside those that fit ``NAME``.
     whatever_the_seal : bool
         Open a file whose seal is broken too, to find out where it differs.
 
@@ -145,7 +147,7 @@ def open_careful(path: Path, *, whatever_the_seal: bool = False) -> Iterator["Re
 
     try:
         with h5py.File(path, "r", locking=False) as file:
-            yield Reader(path, file)
+            yield Reader(path, file, also)
     except MagsimError:
         raise
     except Exception as error:  # whatever HDF5 stumbles over, the file is the reason
@@ -172,10 +174,15 @@ class Reader:
     path : Path
         File, for messages.
     group : h5py.Group
+    also : collection of str
+        See ``open_careful``.
     """
 
-    def __init__(self, path: Path, group: "h5py.Group", left: list[int] | None = None) -> None:
+    def __init__(
+        self, path: Path, group: "h5py.Group", also: Collection[str] = (), left: list[int] | None = None
+    ) -> None:
         self.path = path
+        self._also = also
         self._group = group
         self._left = [path.stat().st_size + MAX_VALUE_BYTES] if left is None else left
 
@@ -189,7 +196,7 @@ class Reader:
         """Names of all members, sorted."""
         names = sorted(self._group)
         for name in names:
-            if not NAME.fullmatch(name):
+            if not NAME.fullmatch(name) and name not in self._also:
                 self.refuse(f"the name {name[:60]!a} is not allowed; allowed: lower-case letters, digits and _")
         return names
 
@@ -200,7 +207,7 @@ class Reader:
         item = self._member(name)
         if not isinstance(item, h5py.Group):
             self.refuse(f"{name} is not a group")
-        return Reader(self.path, item, self._left)
+        return Reader(self.path, item, self._also, self._left)
 
     def array(self, name: str, *, kind: str, ndim: int) -> np.ndarray:
         """Values of a data set.

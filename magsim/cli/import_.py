@@ -1,0 +1,58 @@
+"""``magsim import``: files of other programs as recordings."""
+
+from pathlib import Path
+
+import click
+
+FORMATS = ("mit", "sgl-xyz", "xyz", "csv")
+
+
+@click.command(name="import", short_help="Make a recording of a survey file.")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--format", "kind", type=click.Choice(FORMATS), help="Default: what the ending of FILE says.")
+@click.option("-o", "--output", metavar="FILE", type=click.Path(path_type=Path), help="Default ./<flight>.h5")
+@click.option("--map", "column_map", metavar="FILE", type=click.Path(path_type=Path), help="TOML file of column names.")
+@click.option("--flight", type=float, help="Number of one flight of several.")
+@click.option("--train", metavar="WINDOW", multiple=True, help="Rows to learn from: a line, or START:END.")
+@click.option("--valid", metavar="WINDOW", multiple=True, help="Rows that guide learning.")
+@click.option("--test", metavar="WINDOW", multiple=True, help="Rows to be judged on.")
+@click.option("--force", is_flag=True, help="Replace an existing recording.")
+def import_(  # noqa: PLR0917 - the options
+    file: Path,
+    kind: str | None,
+    output: Path | None,
+    column_map: Path | None,
+    flight: float | None,
+    train: tuple[str, ...],
+    valid: tuple[str, ...],
+    test: tuple[str, ...],
+    force: bool,
+) -> None:
+    r"""Make a recording, without truth, of FILE, which another program wrote.
+
+    \b
+    mit      HDF5 in the layout of MagNav.jl (SGL 2020 and 2021)
+    sgl-xyz  XYZ as SGL writes it
+    xyz      Geosoft XYZ with LINE records, columns named as in a recording or by --map
+    csv      one line of names, then numbers with commas; named likewise
+
+    Windows are lines (1002.02) or spans of the file's own time (46390.9:46964.5), and may be repeated. Rows in no
+    window are left out. Without windows all rows are kept, and nothing says which are for training.
+    """
+    from magsim import exchange, storage
+    from magsim.errors import RequestError
+
+    if output is not None:
+        storage.check_target(output, force=force)
+    windows = {"train": train, "valid": valid, "test": test}
+    made = exchange.import_flight(file, kind, column_map=column_map, flight=flight, windows=windows)
+    target = output or Path(f"{exchange.stem(made.recording.name)}.h5")
+    if target.exists() and target.samefile(file):
+        msg = f"{target} is the file that is read; give another path with -o"
+        raise RequestError(msg)
+    made.recording.write(target, force=force)
+    for note in made.notes:
+        click.echo(note, err=True)
+    recording = made.recording
+    duration = recording.time_s[-1] - recording.time_s[0]
+    click.echo(f"{target}: {len(recording)} rows, {duration:.1f} s, {len(recording.data)} columns")
