@@ -1,0 +1,1 @@
+"""The towed bird: rope, body, and how they swing."""
