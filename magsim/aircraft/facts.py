@@ -339,8 +339,18 @@ class Facts(Strict):
 
     @property
     def hook_b(self) -> tuple[float, float, float] | None:
-        """Where a rope is tied, body axes from the datum, (3,) [m]; None where the aircraft's file names no such point."""
+        """Where a rope is tied, body axes from the datum, (3,) [m]; None where the file names no such point."""
         return None if self.hook is None else self.hook.value
+
+    @property
+    def bank_ease_s(self) -> float:
+        """Time for a turn's bank to be taken up [s]."""
+        return self.autopilot.bank_ease.value
+
+    @property
+    def climb_mps(self) -> float:
+        """Steepest climb and descent [m/s]."""
+        return self.autopilot.climb_limit.value
 
     @property
     def flap(self) -> Flap | None:

@@ -79,6 +79,16 @@ class KinematicFacts(Strict):
         return self.hook.value
 
     @property
+    def bank_ease_s(self) -> float:
+        """Time for a turn's bank to be taken up [s]."""
+        return self.bank_ease.value
+
+    @property
+    def climb_mps(self) -> float:
+        """Steepest climb and descent [m/s]."""
+        return self.climb_limit.value
+
+    @property
     def flap(self) -> None:
         """No flaps."""
         return
