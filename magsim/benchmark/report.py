@@ -67,6 +67,10 @@ def check_scores(scores: Sequence[str]) -> None:
             raise RequestError(msg)
 
 
+WIDE = 100
+"""Width from which on a table of parts is turned round if that makes it narrower."""
+
+
 class Row(NamedTuple):
     """One value: method x recording x segment x metric.
 
@@ -193,7 +197,7 @@ class Report:
         return _align(header, lines)
 
     def _segment_table(self, recording: str, score: str) -> str:
-        """Parts of the flight and methods in a score or its stand-in, with its title, the narrower way round."""
+        """Parts of the flight by method in a score or its stand-in, with its title; wide tables are turned round."""
         found = [r for r in self.rows if r.recording == recording and r.segment != WHOLE]
         metric = score if any(r.metric == score for r in found) else STAND_INS.get(score)
         cells = {(r.segment, r.method): r.value for r in found if r.metric == metric}
@@ -202,8 +206,11 @@ class Report:
         parts = list(dict.fromkeys(part for part, _ in cells))
         by_part = [[p, *(_show(cells.get((p, m)), metric) for m in self.methods)] for p in parts]
         by_method = [[m, *(_show(cells.get((p, m)), metric) for p in parts)] for m in self.methods]
-        tables = _align(["segment", *self.methods], by_part), _align(["method", *parts], by_method)
-        return SEGMENT_TABLES[metric] + "\n" + min(tables, key=lambda table: table.index("\n"))
+        tables = [_align(["segment", *self.methods], by_part), _align(["method", *parts], by_method)]
+        # the line below the header has the full width
+        widths = [len(table.splitlines()[1]) for table in tables]
+        turned = widths[0] > WIDE and widths[1] < widths[0]
+        return f"{SEGMENT_TABLES[metric]}\n{tables[turned]}"
 
 
 def _show(value: float | None, metric: str) -> str:
