@@ -48,6 +48,9 @@ STANDARD = ("std_nt", "peak_nt")
 STAND_INS = {"std_nt": "std_paper_nt", "peak_nt": "peak_paper_nt"}
 """What is shown in their place where there is no truth."""
 
+WIDE = 100
+"""Width from which on a table of parts is turned round if that makes it narrower."""
+
 
 def check_scores(scores: Sequence[str]) -> None:
     """Refuse scores that no table of parts has.
@@ -65,10 +68,6 @@ def check_scores(scores: Sequence[str]) -> None:
         if score not in SEGMENT_TABLES:
             msg = f"there is no table of {score!r}{did_you_mean(score, SEGMENT_TABLES)}; allowed: {allowed}"
             raise RequestError(msg)
-
-
-WIDE = 100
-"""Width from which on a table of parts is turned round if that makes it narrower."""
 
 
 class Row(NamedTuple):
