@@ -87,7 +87,7 @@ def test_raw_interference_in_band_is_that_of_a_cabin(calibration):
 def test_raw_interference_in_band_is_that_of_a_rear_ceiling(flight):
     loaded = load_scenario("calibration_c208b", CEILING)
     truth = compute_field(loaded.scenario, loaded.aircraft, flight)
-    label = record(loaded, flight, truth)[columns.INTERFERENCE.name(sensor="ceiling")]
+    label = record(loaded, flight, {"carrier": truth})[columns.INTERFERENCE.name(sensor="ceiling")]
     assert 8.0 <= metrics.band_std(label, loaded.scenario.recording.rate_hz) <= 25.0
 
 

@@ -93,11 +93,6 @@ class Sensor(Strict):
             raise ValueError(msg)
         return value
 
-    @property
-    def place(self) -> str:
-        """Name of the mount over both bodies: the bird's begin with ``bird/``."""
-        return f"bird/{self.mount}" if self.body == "bird" else self.mount
-
 
 class Clock(Strict):
     """When the values were taken that a row says: ``t - skew_s - drift_ppm 1e-6 t - jitter`` for the tag ``t``."""

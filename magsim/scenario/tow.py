@@ -11,7 +11,7 @@ from magsim.scenario.base import NonNegative, Positive, aircraft_of, bird_of
 from magsim.units import G0
 
 if TYPE_CHECKING:
-    from magsim.aircraft import Bird
+    from magsim.aircraft import Aircraft, Bird
     from magsim.scenario.patterns import PatternBase
     from magsim.scenario.start import Start
 
@@ -106,6 +106,15 @@ def check_tow(
     whip = next((text for part in parts if (text := _whip(part, start))), "")
     if whip:
         yield "bird", whip
+
+
+def check_names(aircraft: "Aircraft", bird: "Bird | None") -> Iterator[tuple[str, str]]:
+    """Circuits and buses of carrier and bird must differ in name: both become columns."""
+    for kind in ("circuits", "buses"):
+        above, below = ({item.name for item in getattr(v.magnetics, kind)} if v else set() for v in (aircraft, bird))
+        double = ", ".join(sorted(above & below))
+        if double:
+            yield "bird", f"{aircraft.name} has {kind} of the same name: {double}; allowed: names of its own"
 
 
 def _whip(pattern: "PatternBase", start: "Start") -> str:

@@ -39,7 +39,7 @@ from magsim.scenario.patterns import (
 from magsim.scenario.physics import Field_
 from magsim.scenario.start import FlightSettings, Start
 from magsim.scenario.terrain import Terrain
-from magsim.scenario.tow import Tow, check_tow
+from magsim.scenario.tow import Tow, check_names, check_tow
 from magsim.scenario.track import Track, check_track
 
 Pattern = Annotated[
@@ -107,6 +107,7 @@ class Scenario(Strict):
             parts = parts_of(pattern) if pattern and not isinstance(pattern, Track) else ()
             kinematic = isinstance(aircraft.facts, KinematicFacts) or isinstance(pattern, Track)
             found = [*check_tow(tow, start, parts, bird_of(info), kinematic=kinematic)]
+            found += [*check_names(aircraft, bird_of(info))]
             if found:
                 raise Problems(*found)
         return tow
