@@ -22,6 +22,7 @@ from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, w
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
 from magsim.flight.patterns import LocalPlane
 from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, FlightTroubleError, Plant, Setup, ground_speed
+from magsim.flight.tow.coupled import Coupled
 from magsim.flight.watch import Watch
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import FlapMove, PatternBase
@@ -135,6 +136,8 @@ class Pilot:
         Along the path; without it the plant's first height is held.
     flaps : sequence of FlapMove
         Settings of the flap lever.
+    coupled : Coupled, optional
+        What pulls on the hook of the setup.
 
     Attributes
     ----------
@@ -159,13 +162,14 @@ class Pilot:
         watch: Watch | None = None,
         heights: HeightPlan | None = None,
         flaps: Sequence[FlapMove] = (),
+        coupled: Coupled | None = None,
     ) -> None:
         self._ground = None if ground is None or ground.level else ground
         self._below: list[float] = []
         self._heights = heights
         self._before_m = [0.0, *accumulate(element.length_m for element in path)]
         self.planned: list[tuple[float, float]] = []
-        self.plant = Plant(facts, setup)
+        self.plant = Plant(facts, setup, coupled)
         highest_m = setup.alt_m if heights is None else float(heights.height_m.max())
         most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(highest_m), LIFT_PART)
         self.guidance = Guidance(path, facts, along_m, most_bank)
