@@ -90,9 +90,8 @@ def compute_tow_field(
         truths = {"carrier": compose(above, aircraft)}
         tell(0.4)
         own = load_response(bird)
-        below = Situation.of(
-            scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=used_mounts(scenario, "bird")
-        )
+        mounts = used_mounts(scenario, "bird")
+        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts)
         below = with_background(below)
         tell(0.6)
         truth = compose(below, bird)

@@ -7,6 +7,7 @@ the lines, ``maneuvers`` the swings; ``fly`` joins them.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import jsbsim
 import numpy as np
@@ -25,14 +26,14 @@ from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock, planned_sweep
 from magsim.flight.planning import MARGIN_S, check_wind, flying_time, longest_s, plan, warmup_s
 from magsim.flight.plant import FlightTroubleError, Setup, bare_steps, ground_speed
 from magsim.flight.rates import integrators_for, log_rate_hz
-from magsim.flight.tow.setup import coupled_line, hook_of
-from magsim.flight.tow.swing import Swing
-from magsim.flight.tow.towing import tow_bird
 from magsim.flight.track import fly_track
 from magsim.flight.watch import Watch
 from magsim.scenario import PatternBase, Scenario, Track, TrackLog, ground_of, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
+
+if TYPE_CHECKING:
+    from magsim.flight.tow.swing import Swing
 
 __all__ = ["bare_run", "fly"]
 
@@ -83,6 +84,8 @@ def fly(
         msg = f"tow.bird: {scenario.tow.bird} is read by load_scenario only"
         raise RequestError(msg)
     tell = (lambda _share: None) if progress is None else progress
+    from magsim.flight.tow.towing import tow_bird  # the equations are compiled: a second that others need not wait
+
     flight, flown = _fly_carrier(
         scenario, aircraft, bird, ground=ground, track=track, progress=lambda share: tell(0.8 * share)
     )
@@ -100,7 +103,7 @@ def _fly_carrier(
     ground: Ground | None,
     track: TrackLog | None,
     progress: Callable[[float], None] | None,
-) -> tuple[Flight, Swing | None]:
+) -> "tuple[Flight, Swing | None]":
     """The carrier's flight, whose log begins early enough for a bird to swing in, and how one swung that pulled."""
     if isinstance(scenario.pattern, Track):
         return _fly_log(scenario, aircraft, track, ground), None
@@ -115,7 +118,7 @@ def _fly_model(
     bird: Bird | None,
     ground: Ground | None,
     progress: Callable[[float], None] | None,
-) -> tuple[Flight, Swing | None]:
+) -> "tuple[Flight, Swing | None]":
     """The flight of a flight model, and how a bird swung that pulled on it."""
     aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
     plane, path, setup, heights = plan(scenario, aircraft.facts, ground)
@@ -133,6 +136,8 @@ def _fly_model(
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
     coupled = None
     if bird is not None:
+        from magsim.flight.tow.setup import coupled_line, hook_of
+
         coupled = coupled_line(scenario, aircraft, bird, step_hz=setup.step_hz, log_hz=log_hz, alt_m=setup.alt_m)
     if coupled is not None:
         setup = replace(setup, hook_b=hook_of(scenario.tow, aircraft))

@@ -5,6 +5,7 @@ from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,13 +23,15 @@ from magsim.flight.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, w
 from magsim.flight.maneuvers import LoopResponse, Sweep, sweeps_of_leg
 from magsim.flight.patterns import LocalPlane
 from magsim.flight.plant import CHANNELS, COLUMN, TO_SI, FlightTroubleError, Plant, Setup, ground_speed
-from magsim.flight.tow.coupled import Coupled
 from magsim.flight.watch import Watch
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import FlapMove, PatternBase
 from magsim.terrain import Ground
 from magsim.trajectory import Trajectory
 from magsim.units import FT
+
+if TYPE_CHECKING:
+    from magsim.flight.tow.coupled import Coupled
 
 CLIMB_LEAD_S = 0.8
 """The pitch loops take about so long to take up a planned climb."""
@@ -162,7 +165,7 @@ class Pilot:
         watch: Watch | None = None,
         heights: HeightPlan | None = None,
         flaps: Sequence[FlapMove] = (),
-        coupled: Coupled | None = None,
+        coupled: "Coupled | None" = None,
     ) -> None:
         self._ground = None if ground is None or ground.level else ground
         self._below: list[float] = []

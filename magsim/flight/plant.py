@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import jsbsim
 import numpy as np
@@ -23,8 +24,11 @@ from magsim.flight.engines import lever_of, settling_time
 from magsim.flight.model import PULLS, STILL_AIR, write_model
 from magsim.flight.patterns import LocalPlane
 from magsim.flight.rates import INTEGRATORS, integrators_for
-from magsim.flight.tow.coupled import Coupled, Felt
+from magsim.flight.tow.line import Felt
 from magsim.units import FT, LB, LBF, SLUG_FT3
+
+if TYPE_CHECKING:
+    from magsim.flight.tow.coupled import Coupled
 
 CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("lat", "position/lat-geod-rad", 1.0),
@@ -328,7 +332,7 @@ class Plant:
         Time since the plant's start.
     """
 
-    def __init__(self, facts: Facts, setup: Setup, coupled: Coupled | None = None) -> None:
+    def __init__(self, facts: Facts, setup: Setup, coupled: "Coupled | None" = None) -> None:
         self._fdm = start(facts, setup)
         self._run = self._fdm.run
         self._step_s = 1.0 / setup.step_hz
@@ -387,7 +391,8 @@ class Plant:
         """Pull on the hook in the next step."""
         if not math.isfinite(sum(force_n)):
             self.row = [read() for read in self._readers]
-            raise FlightTroubleError("lost the swing of its bird", self.row, self.time_s)
+            trouble = "lost the swing of its bird"
+            raise FlightTroubleError(trouble, self.row, self.time_s)
         for write, force in zip(self._pulls, force_n, strict=True):
             write(force / LBF)
 

@@ -3,7 +3,6 @@
 import math
 from array import array
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -12,34 +11,13 @@ from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import SPIN_RADPS, gravity_n
 from magsim.flight.tow.chain import advance, nodes_of, pull_on_hook
 from magsim.flight.tow.hook import GUST_HZ, gust_knots
-from magsim.flight.tow.line import Line
+from magsim.flight.tow.line import Felt, Line
 from magsim.flight.tow.steady import Steady
 from magsim.flight.tow.swing import Swing, hanging
 from magsim.scenario import Gusts
 
 RAMP_S = 10.0
 """The carrier is trimmed without a rope: its pull is taken up over so long."""
-
-
-class Felt(NamedTuple):
-    """What the line needs of the carrier at one step, SI."""
-
-    lat: float
-    lon: float
-    alt: float
-    v_north: float
-    v_east: float
-    v_down: float
-    roll: float
-    pitch: float
-    heading: float
-    p: float
-    q: float
-    r: float
-    """Angular rate relative to the Earth, body axes."""
-    wind_north: float
-    wind_east: float
-    wind_down: float
 
 
 class Coupled:
