@@ -101,7 +101,7 @@ def test_linear_world_is_fitted_to_the_numerical_floor():
     loaded = load_scenario("papers/000_simulated", overrides=LINEAR_WORLD)
     flown = fly(loaded.scenario, loaded.aircraft)
     truth = compute_field(loaded.scenario, loaded.aircraft, flown)
-    residuals = linear_residuals(truth, record(loaded, flown, truth))
+    residuals = linear_residuals(truth, record(loaded, flown, {"carrier": truth}))
     assert residuals["simulation"] < 0.002
     assert residuals["spline"] < 0.002
     assert residuals["central"] < 0.02

@@ -72,6 +72,7 @@ class Situation:
         flight: Flight,
         response: AircraftResponse,
         ground: Ground | None = None,
+        *,
         mounts: tuple[str, ...] | None = None,
     ) -> "Situation":
         """The situation of a flight, without background; at the mounts of the carrier's sensors if none are told."""

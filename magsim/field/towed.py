@@ -90,7 +90,8 @@ def compute_tow_field(
         truths = {"carrier": compose(above, aircraft)}
         tell(0.4)
         own = load_response(bird)
-        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, used_mounts(scenario, "bird"))
+        mounts = used_mounts(scenario, "bird")
+        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts)
         below = with_background(below)
         tell(0.6)
         truth = compose(below, bird)
@@ -308,7 +309,7 @@ def steady_background(below: Situation, mount: str) -> np.ndarray:
     places_e = positions_along(path, arm_b[None])[:, 0]
     smooth = smoothed(path, places_e)
     flight = replace(below.flight, carrier=smooth)
-    still = Situation.of(below.scenario, below.magnetics, flight, below.response, below.ground, ())
+    still = Situation.of(below.scenario, below.magnetics, flight, below.response, below.ground, mounts=())
     field_b = with_background(still).ambient_b
     return np.sqrt(np.einsum("ni,ni->n", field_b, field_b))
 

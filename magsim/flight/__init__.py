@@ -7,6 +7,7 @@ the lines, ``maneuvers`` the swings; ``fly`` joins them.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import jsbsim
 import numpy as np
@@ -25,12 +26,14 @@ from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock, planned_sweep
 from magsim.flight.planning import MARGIN_S, check_wind, flying_time, longest_s, plan, warmup_s
 from magsim.flight.plant import FlightTroubleError, Setup, bare_steps, ground_speed
 from magsim.flight.rates import integrators_for, log_rate_hz
-from magsim.flight.tow import tow_bird
 from magsim.flight.track import fly_track
 from magsim.flight.watch import Watch
 from magsim.scenario import PatternBase, Scenario, Track, TrackLog, ground_of, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
+
+if TYPE_CHECKING:
+    from magsim.flight.tow.swing import Swing
 
 __all__ = ["bare_run", "fly"]
 
@@ -76,13 +79,17 @@ def fly(
     if ground is None:
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
     if scenario.tow is None:
-        return _fly_carrier(scenario, aircraft, None, ground, track, progress)
+        return _fly_carrier(scenario, aircraft, None, ground=ground, track=track, progress=progress)[0]
     if bird is None:
         msg = f"tow.bird: {scenario.tow.bird} is read by load_scenario only"
         raise RequestError(msg)
     tell = (lambda _share: None) if progress is None else progress
-    flight = _fly_carrier(scenario, aircraft, bird, ground, track, lambda share: tell(0.8 * share))
-    flight = tow_bird(flight, scenario, aircraft, bird).since(-MARGIN_S)
+    from magsim.flight.tow.towing import tow_bird  # the equations are compiled: a second that others need not wait
+
+    flight, flown = _fly_carrier(
+        scenario, aircraft, bird, ground=ground, track=track, progress=lambda share: tell(0.8 * share)
+    )
+    flight = tow_bird(flight, scenario, aircraft, bird, flown).since(-MARGIN_S)
     check_height(flight, ground)
     tell(1.0)
     return flight
@@ -92,15 +99,16 @@ def _fly_carrier(
     scenario: Scenario,
     aircraft: Aircraft,
     bird: Bird | None,
+    *,
     ground: Ground | None,
     track: TrackLog | None,
     progress: Callable[[float], None] | None,
-) -> Flight:
-    """The carrier's flight; its log begins early enough for a bird to swing in."""
+) -> "tuple[Flight, Swing | None]":
+    """The carrier's flight, whose log begins early enough for a bird to swing in, and how one swung that pulled."""
     if isinstance(scenario.pattern, Track):
-        return _fly_log(scenario, aircraft, track, ground)
+        return _fly_log(scenario, aircraft, track, ground), None
     if isinstance(aircraft.facts, KinematicFacts):
-        return fly_kinematic(scenario, aircraft, ground)
+        return fly_kinematic(scenario, aircraft, ground), None
     return _fly_model(scenario, aircraft, bird, ground, progress)
 
 
@@ -110,8 +118,8 @@ def _fly_model(
     bird: Bird | None,
     ground: Ground | None,
     progress: Callable[[float], None] | None,
-) -> Flight:
-    """The flight of a flight model."""
+) -> "tuple[Flight, Swing | None]":
+    """The flight of a flight model, and how a bird swung that pulled on it."""
     aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
     plane, path, setup, heights = plan(scenario, aircraft.facts, ground)
     check_wind(scenario, path)
@@ -126,6 +134,13 @@ def _fly_model(
     before_s = warmup_s(scenario)
     log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
+    coupled = None
+    if bird is not None:
+        from magsim.flight.tow.setup import coupled_line, hook_of
+
+        coupled = coupled_line(scenario, aircraft, bird, step_hz=setup.step_hz, log_hz=log_hz, alt_m=setup.alt_m)
+    if coupled is not None:
+        setup = replace(setup, hook_b=hook_of(scenario.tow, aircraft))
     pilot = Pilot(
         aircraft.facts,
         setup,
@@ -139,6 +154,7 @@ def _fly_model(
         watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
         heights=heights,
         flaps=scenario.flight.flaps,
+        coupled=coupled,
     )
     expected_s = before_s + flying_time(scenario, path) + MARGIN_S
     tick = None if progress is None else _progress(progress, expected_s)
@@ -148,7 +164,12 @@ def _fly_model(
         raise DataError(error.told(error.time_s - before_s)) from None
     if progress is not None:
         progress(1.0)
-    return _flight(scenario, aircraft, pilot, log, response=_told(responses), ground=ground)
+    flight = _flight(scenario, aircraft, pilot, log, response=_told(responses), ground=ground)
+    if coupled is None:
+        return flight, None
+    zero = first_row_s(pilot.guidance.crossings[0].time_s, log_hz)
+    begun, ended = flight.carrier.time_s[[0, -1]] + zero
+    return flight, coupled.flown(begun, ended, zero, log_hz)
 
 
 def _calibrated(facts: Facts, setup: Setup, path: Sequence[Element], parts: Sequence[PatternBase]) -> LoopResponse:

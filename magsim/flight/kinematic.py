@@ -84,7 +84,7 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     grid = np.arange(-round(before_s * log_hz), math.floor((end_s + MARGIN_S) * log_hz) + 1) / log_hz
     spreads = sway_spreads(scenario, facts)
     offsets = sway(grid, spreads, facts.sway.band.value, scenario.seed)
-    carrier, wind_n = _motion(scenario, facts, planned, way, grid, offsets)
+    carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, sway_m=offsets)
     crossings = [Crossing(i, time) for i, time in enumerate(crossed[:-1])]
     segments = segments_of(crossings, planned.path, 0.0, end_s, carrier)
     flight = Flight(
@@ -203,6 +203,7 @@ def _motion(
     facts: KinematicFacts,
     planned: Plan,
     way: Course,
+    *,
     time_s: np.ndarray,
     sway_m: np.ndarray,
 ) -> tuple[Trajectory, np.ndarray]:
@@ -228,8 +229,7 @@ def _motion(
     forward_n = np.einsum("nik,nk->ni", turned, np.column_stack([np.cos(heading), np.sin(heading)]))
     forward_n[:, 2] = 0.0
     forward_n /= np.sqrt(np.einsum("ni,ni->n", forward_n, forward_n))[:, None]
-    right_n = np.column_stack([-forward_n[:, 1], forward_n[:, 0], np.zeros(len(along))])
-    attitude = _attitude(facts, start.speed_mps, alt, acceleration_n, forward_n, right_n, gravity_n(lat, alt)[:, 2])
+    attitude = _attitude(facts, start.speed_mps, alt, acceleration_n, gravity_n(lat, alt)[:, 2], forward_n=forward_n)
     turning = Turning(time_s, lat, lon, attitude)
     attitude, rate_eb_b = turning.at(time_s, lat, lon)
     rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
@@ -242,14 +242,14 @@ def _attitude(
     speed_mps: float,
     alt_m: np.ndarray,
     acceleration_n: np.ndarray,
-    forward_n: np.ndarray,
-    right_n: np.ndarray,
     gravity: np.ndarray,
+    *,
+    forward_n: np.ndarray,
 ) -> np.ndarray:
     """Attitude of a rotor that holds weight, drag and acceleration, (n, 3) [rad]."""
     drag = 0.5 * standard_density(alt_m) * speed_mps**2 * facts.drag_area.value / facts.mass.value
     ahead = np.einsum("ni,ni->n", acceleration_n, forward_n) + drag
-    aside = np.einsum("ni,ni->n", acceleration_n, right_n)
+    aside = acceleration_n[:, 1] * forward_n[:, 0] - acceleration_n[:, 0] * forward_n[:, 1]
     lifted = gravity - acceleration_n[:, 2]
     pitch = -np.arctan2(ahead, lifted)
     roll = np.arctan2(aside, np.hypot(ahead, lifted))

@@ -98,6 +98,8 @@ def check_tow(
     """Problems of a tow with its flight: key within ``tow``, and text."""
     if kinematic and tow.coupling == "two_way":
         yield "coupling", "a carrier without a flight model feels no rope; allowed: 'one_way'"
+    if tow.coupling == "two_way" and tow.step_hz is not None:
+        yield "step_hz", "a rope that pulls is stepped with the flight model; allowed: flight.step_hz"
     if bird is not None:
         low, high = bird.facts.limits.speed_mps
         if not low <= start.speed_mps <= high:

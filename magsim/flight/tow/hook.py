@@ -1,6 +1,8 @@
 """The tow point: how it moves through the air and in gravity, along Earth-fixed axes."""
 
 import math
+from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -10,7 +12,6 @@ from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import SPIN_RADPS, gravity_n
 from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
 from magsim.scenario import Gusts
-from magsim.signals import gauss_markov
 from magsim.streams import stream
 from magsim.trajectory import Trajectory
 
@@ -20,24 +21,32 @@ GUST_HZ = 10.0
 """Gusts are drawn on a grid of their own: the step rate must not change the weather."""
 
 
-def gusts_n(gusts: Gusts, time_s: np.ndarray, airspeed_mps: float, seed: int) -> np.ndarray:
-    """Gusts at the bird, (n, 3) [m/s] north, east, down: straight between their knots.
+def gust_knots(gusts: Gusts, airspeed_mps: float, seed: int) -> Iterator[np.ndarray]:
+    """Gusts at the bird, one knot after the other, (3,) [m/s] north, east, down: a Gauss-Markov process on each axis.
 
     Parameters
     ----------
     gusts : Gusts
-    time_s : (n,) [s]
     airspeed_mps : float
         The length scale over it is the correlation time.
     seed : int
     """
-    first, last = math.floor(time_s[0] * GUST_HZ), math.ceil(time_s[-1] * GUST_HZ)
-    knots = np.arange(first, last + 1) / GUST_HZ
-    shape = (len(knots), 3)
-    drawn = gauss_markov(
-        stream(seed, "tow/gusts"), shape, gusts.speed_mps, gusts.length_m / max(airspeed_mps, 1.0), GUST_HZ
-    )
-    return np.column_stack([np.interp(time_s, knots, drawn[:, k]) for k in range(3)])
+    keep = math.exp(-max(airspeed_mps, 1.0) / (gusts.length_m * GUST_HZ))
+    drive = gusts.speed_mps * math.sqrt(1.0 - keep**2)
+    rng = stream(seed, "tow/gusts")
+    state = gusts.speed_mps * rng.standard_normal(3)
+    while True:
+        yield state
+        state = keep * state + drive * rng.standard_normal(3)
+
+
+def gusts_n(gusts: Gusts, time_s: np.ndarray, airspeed_mps: float, seed: int) -> np.ndarray:
+    """Gusts at given times, counted from the first of them, (n, 3) [m/s]: straight between the knots."""
+    since = time_s - time_s[0]
+    count = math.ceil(since[-1] * GUST_HZ) + 1
+    drawn = np.array(list(islice(gust_knots(gusts, airspeed_mps, seed), count)))
+    knots = np.arange(count) / GUST_HZ
+    return np.column_stack([np.interp(since, knots, drawn[:, k]) for k in range(3)])
 
 
 class Hook:

@@ -1,4 +1,7 @@
-"""What hangs below a carrier: a rope and a body, and the numbers of both that the equations of motion take."""
+"""What hangs below a carrier: rope and body, their numbers as the equations of motion take them.
+
+Nothing here is compiled: it is imported by what flies without a bird too.
+"""
 
 import math
 from collections.abc import Sequence
@@ -154,3 +157,24 @@ class Line:
         ``2 sqrt(2)`` of that in a step.
         """
         return 2.0 * self.rope.mass_per_m * (self.numbers.link_m * step_hz) ** 2
+
+
+class Felt(NamedTuple):
+    """What the line needs of the carrier at one step, SI."""
+
+    lat: float
+    lon: float
+    alt: float
+    v_north: float
+    v_east: float
+    v_down: float
+    roll: float
+    pitch: float
+    heading: float
+    p: float
+    q: float
+    r: float
+    """Angular rate relative to the Earth, body axes."""
+    wind_north: float
+    wind_east: float
+    wind_down: float

@@ -2,14 +2,17 @@
 
 import math
 
+import numpy as np
 from scipy.optimize import brentq
 
 from magsim.aircraft import Aircraft, Bird
+from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
+from magsim.flight.tow.coupled import Coupled
 from magsim.flight.tow.hook import EARTH_SPIN_E
 from magsim.flight.tow.line import Body, Line, Rope
 from magsim.flight.tow.steady import Steady, steady
-from magsim.scenario import Tow
+from magsim.scenario import Scenario, Tow
 
 MOST_TRAIL = math.radians(70.0)
 """Angle from the vertical beyond which a line is no line under a carrier any more."""
@@ -64,6 +67,26 @@ def hook_of(tow: Tow, aircraft: Aircraft) -> tuple[float, float, float]:
     hook = tow.hook_m or aircraft.facts.hook_b
     assert hook is not None  # the scenario was checked against its aircraft
     return hook
+
+
+def coupled_line(
+    scenario: Scenario, aircraft: Aircraft, bird: Bird, *, step_hz: int, log_hz: int, alt_m: float
+) -> Coupled | None:
+    """The line that pulls on the carrier of a scenario; None where it does not."""
+    tow, speed = scenario.tow, scenario.start.speed_mps
+    if tow is None or tow.coupling == "one_way":
+        return None
+    arm_b = np.array(hook_of(tow, aircraft)) - np.array(aircraft.facts.cg_b)
+    return Coupled(
+        line_of(tow, bird),
+        equilibrium(tow, bird, speed, float(standard_density(alt_m))),
+        arm_b,
+        gusts=tow.gusts,
+        airspeed_mps=speed,
+        seed=scenario.seed,
+        step_s=1.0 / step_hz,
+        steps_per_row=step_hz // log_hz,
+    )
 
 
 def hangs(found: Steady | None) -> bool:

@@ -109,14 +109,14 @@ def swing(
     """
     out = []
     for number, flight in enumerate(zip(lines, states, drives, duration_s, strict=True)):
-        out.append(_swing(*flight, start_s, step_hz, log_hz))
+        out.append(_swing(*flight, start_s=start_s, step_hz=step_hz, log_hz=log_hz))
         if progress is not None:
             progress((number + 1) / len(lines))
     return out
 
 
 def _swing(
-    line: Line, state: np.ndarray, drive: Drive, duration_s: float, start_s: float, step_hz: int, log_hz: int
+    line: Line, state: np.ndarray, drive: Drive, duration_s: float, *, start_s: float, step_hz: int, log_hz: int
 ) -> Swing:
     every, rows = step_hz // log_hz, int(np.floor(duration_s * log_hz + 1e-6)) + 1
     chunk = max(1, round(CHUNK_S * log_hz))

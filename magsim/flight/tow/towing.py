@@ -1,7 +1,6 @@
 """Towing a bird through a finished flight of its carrier."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -39,9 +38,9 @@ def tow_bird(
     scenario: Scenario,
     aircraft: Aircraft,
     bird: Bird,
-    progress: Callable[[float], None] | None = None,
+    flown: Swing | None = None,
 ) -> Flight:
-    """The same flight with a bird under it, which does not pull on the carrier.
+    """The same flight with a bird under it.
 
     Parameters
     ----------
@@ -51,8 +50,8 @@ def tow_bird(
         With a tow.
     aircraft : Aircraft
     bird : Bird
-    progress : callable, optional
-        Told the share that is done, 0 to 1.
+    flown : Swing, optional
+        How the bird swung while it pulled on the carrier; without it, the bird is flown here and does not pull.
 
     Returns
     -------
@@ -71,28 +70,47 @@ def tow_bird(
     hook = hook_under(flight.carrier, scenario, aircraft, flight.wind_n)
     first = hook.air(flight.carrier.time_s[:1])[0]
     found = equilibrium(tow, bird, float(np.linalg.norm(first[3:6])), float(first[9]))
-    line = line_of(tow, bird)
-    state = hanging(line, found, first)
-    span = float(flight.carrier.time_s[-1] - flight.carrier.time_s[0])
-    rates = STEPS_HZ if tow.step_hz is None else (tow.step_hz,)
-    for step_hz in rates:
-        (flown,) = swing(
-            [line],
-            [state],
-            [hook.air],
-            start_s=float(flight.carrier.time_s[0]),
-            duration_s=[span],
-            step_hz=step_hz,
-            log_hz=LOG_HZ,
-            progress=progress,
-        )
-        if flown.lost_s is None and MARGIN * flown.most_n <= line.stable_tension_n(step_hz):
-            break
+    line, step_hz = line_of(tow, bird), scenario.flight.step_hz
+    if flown is None:
+        flown, step_hz = swing_under(flight.carrier, hook, line, found, tow.step_hz)
     _check(flown, line, tow, step_hz)
     path = trajectory(flown, hook, bird.facts.cg_t)
     _check_flow(path, flown, hook, math.radians(bird.facts.limits.flow_angle.value))
-    notes = {"tow": _notes(line, found, flown, step_hz, bird, first)}
-    return flight.with_bird(path, rope_angles(flown, hook), notes)
+    notes = {
+        "bird": bird.name,
+        "coupling": tow.coupling,
+        "rope_m": line.rope.length_m,
+        "links": line.links,
+        "mass_kg": line.body.mass_kg,
+        "step_hz": step_hz,
+        "log_hz": round(path.rate_hz),
+        "steady_trail_deg": math.degrees(found.trail),
+        "steady_pitch_deg": math.degrees(found.pitch),
+        "least_tension_n": flown.least_n,
+        "most_tension_n": flown.most_n,
+    }
+    return flight.with_bird(path, rope_angles(flown, hook), {"tow": notes})
+
+
+def swing_under(
+    carrier: Trajectory, hook: Hook, line: Line, found: Steady, asked_hz: int | None = None
+) -> tuple[Swing, int]:
+    """How a bird swings under a carrier that it does not pull on, and the steps a second that this took."""
+    start_s, last_s = float(carrier.time_s[0]), float(carrier.time_s[-1])
+    state = hanging(line, found, hook.air(carrier.time_s[:1])[0])
+    for step_hz in STEPS_HZ if asked_hz is None else (asked_hz,):
+        flown = swing(
+            [line],
+            [state],
+            [hook.air],
+            start_s=start_s,
+            duration_s=[last_s - start_s],
+            step_hz=step_hz,
+            log_hz=LOG_HZ,
+        )[0]
+        if flown.lost_s is None and MARGIN * flown.most_n <= line.stable_tension_n(step_hz):
+            break
+    return flown, step_hz
 
 
 def hook_under(carrier: Trajectory, scenario: Scenario, aircraft: Aircraft, wind_n: np.ndarray | None) -> Hook:
@@ -153,11 +171,12 @@ def _check(flown: Swing, line: Line, tow: Tow, step_hz: int) -> None:
     stable = line.stable_tension_n(step_hz)
     if flown.lost_s is None and flown.most_n <= stable:
         return
-    if tow.step_hz is not None:
+    key = "flight.step_hz" if tow.coupling == "two_way" else "tow.step_hz" if tow.step_hz else ""
+    if key:
         what = f"was lost at t = {flown.lost_s:.1f} s" if flown.lost_s is not None else f"took {flown.most_n:.0f} N"
         msg = (
-            f"tow.step_hz: {step_hz} steps a second bear {stable:.0f} N in a rope of {line.links} links, but it {what}; "
-            "allowed: more steps, fewer links, or no step_hz"
+            f"{key}: {step_hz} steps a second bear {stable:.0f} N in a rope of {line.links} links, but it "
+            f"{what}; allowed: more steps, or fewer links"
         )
         raise RequestError(msg)
     when = "" if flown.lost_s is None else f" at t = {flown.lost_s:.1f} s"
@@ -182,19 +201,3 @@ def _check_flow(path: Trajectory, flown: Swing, hook: Hook, most: float) -> None
             f"allowed: up to {math.degrees(most):.0f} deg, by gentler gusts and turns or more speed"
         )
         raise DataError(msg)
-
-
-def _notes(line: Line, found: Steady, flown: Swing, step_hz: int, bird: Bird, first: np.ndarray) -> dict[str, object]:
-    """What the recording says of its tow."""
-    return {
-        "bird": bird.name,
-        "rope_m": line.rope.length_m,
-        "links": line.links,
-        "mass_kg": line.body.mass_kg,
-        "step_hz": step_hz,
-        "log_hz": LOG_HZ,
-        "steady_speed_mps": float(np.linalg.norm(first[3:6])),
-        "steady_trail_deg": math.degrees(found.trail),
-        "steady_pitch_deg": math.degrees(found.pitch),
-        "tension_n": [flown.least_n, flown.most_n],
-    }
