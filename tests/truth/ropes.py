@@ -191,7 +191,7 @@ def dense(line: Line, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple
     # forces on nodes 1 to N - 1, on the body and their moment in its axes
     force = np.zeros((n + 1, 3))
     for i in range(n):
-        force[i : i + 2] += 0.5 * _link_drag(line, air, i, place, velocity)
+        force[i : i + 2] += 0.5 * link_drag(line, air, i, place, velocity)
     at_bridle = force[n]
     own, moment = body_loads(line.body, parts.rot.T @ (air[6:9] - parts.velocity), parts.rate, air[9])
     on_nodes = force[1:n] + link_kg * (air[:3] - 2.0 * np.cross(spin, parts.velocities))
@@ -212,7 +212,7 @@ def dense(line: Line, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple
     return found[:size], found[size:]
 
 
-def _link_drag(line: Line, air: np.ndarray, i: int, place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+def link_drag(line: Line, air: np.ndarray, i: int, place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Drag of a link at its mean velocity, (3,) [N]."""
     rope, share = line.rope, (i + 0.5) / line.links
     along = (place[i + 1] - place[i]) / np.linalg.norm(place[i + 1] - place[i])
