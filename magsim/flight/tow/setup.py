@@ -121,7 +121,7 @@ def equilibrium(tow: Tow, bird: Bird, speed_mps: float, density: float) -> Stead
         )
         raise RequestError(msg)
     what = "lifts off" if not found.upright else f"trails {math.degrees(found.trail):.0f} deg behind the hook"
-    ways = (_heavier(tow, bird, speed_mps, density), _slower(line, speed_mps, density), "a shorter or thinner rope")
+    ways = (_heavier(tow, bird, speed_mps, density), _slower(line, bird, speed_mps, density), "a shorter or thinner rope")
     msg = (
         f"tow.body.mass_kg: {line.body.mass_kg:g} kg are too light for their drag and that of the rope: at "
         f"{speed_mps:.4g} m/s the bird {what}; allowed: up to {math.degrees(MOST_TRAIL):.0f} deg, that is "
@@ -141,9 +141,10 @@ def _heavier(tow: Tow, bird: Bird, speed_mps: float, density: float) -> str:
     return "" if least is None else f"at least {math.ceil(10.0 * least) / 10.0:g} kg"
 
 
-def _slower(line: Line, speed_mps: float, density: float) -> str:
-    """The speed up to which a line hangs, in words; nothing where there is none."""
-    most = _edge(lambda speed: hangs(steady(line, speed, density)), np.linspace(speed_mps, 1.0, 40))
+def _slower(line: Line, bird: Bird, speed_mps: float, density: float) -> str:
+    """The speed up to which a line hangs, in words; nothing where the bird's model knows none."""
+    speeds = np.linspace(speed_mps, min(speed_mps, bird.facts.limits.speed_mps[0]), 40)
+    most = _edge(lambda speed: hangs(steady(line, speed, density)), speeds)
     return "" if most is None else f"up to {math.floor(10.0 * most) / 10.0:.1f} m/s"
 
 
