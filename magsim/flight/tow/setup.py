@@ -121,7 +121,11 @@ def equilibrium(tow: Tow, bird: Bird, speed_mps: float, density: float) -> Stead
         )
         raise RequestError(msg)
     what = "lifts off" if not found.upright else f"trails {math.degrees(found.trail):.0f} deg behind the hook"
-    ways = (_heavier(tow, bird, speed_mps, density), _slower(line, bird, speed_mps, density), "a shorter or thinner rope")
+    ways = (
+        _heavier(tow, bird, speed_mps, density),
+        _slower(line, bird, speed_mps, density),
+        "a shorter or thinner rope",
+    )
     msg = (
         f"tow.body.mass_kg: {line.body.mass_kg:g} kg are too light for their drag and that of the rope: at "
         f"{speed_mps:.4g} m/s the bird {what}; allowed: up to {math.degrees(MOST_TRAIL):.0f} deg, that is "
