@@ -97,7 +97,7 @@ def compute_tow_field(
         truth = compose(below, bird)
         tell(0.7)
         parts = dict(truth.parts_b)
-        if scenario.field.is_on("carrier"):
+        if below.mounts and scenario.field.is_on("carrier"):
             parts["carrier"] = scenario.field.carrier.scale * carrier_field(above, aircraft, below)
         tell(0.9)
         scalars = dict.fromkeys(sensor.mount for sensor in scenario.sensors.scalar if sensor.body == "bird")

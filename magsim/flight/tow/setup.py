@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,13 +12,18 @@ from magsim.errors import RequestError
 from magsim.flight.tow.coupled import Coupled
 from magsim.flight.tow.hook import EARTH_SPIN_E
 from magsim.flight.tow.line import Body, Line, Rope
+from magsim.flight.tow.modes import modes
 from magsim.flight.tow.steady import Steady, steady
 from magsim.scenario import Scenario, Tow
 
 MOST_TRAIL = math.radians(70.0)
 """Angle from the vertical beyond which a line is no line under a carrier any more."""
 
-HEAVIEST_KG = 2000.0
+HEAVIEST_KG, LONGEST_M = 2000.0, 100.0
+"""Where allowed masses and ropes are looked for."""
+
+MOST_GROWTH_PS = 2e-3
+"""Growth of a swing that no flight is long enough to see [1/s]."""
 
 
 def line_of(tow: Tow, bird: Bird, mass_kg: float | None = None) -> Line:
@@ -108,11 +114,12 @@ def equilibrium(tow: Tow, bird: Bird, speed_mps: float, density: float) -> Stead
     Raises
     ------
     RequestError
-        If the bird is too light for its drag, or finds no pitch in which it is at rest.
+        If the bird is too light for its drag, finds no pitch in which it is at rest, or swings up by itself.
     """
     line = line_of(tow, bird)
     found = steady(line, speed_mps, density)
     if found is not None and hangs(found):
+        _check_growth(line, found, speed_mps, density)
         return found
     if found is None:
         msg = (
@@ -134,21 +141,52 @@ def equilibrium(tow: Tow, bird: Bird, speed_mps: float, density: float) -> Stead
     raise RequestError(msg)
 
 
+def _check_growth(line: Line, found: Steady, speed_mps: float, density: float) -> None:
+    """Refuse a line that swings up without a gust."""
+    worst = modes(line, found, speed_mps, density)[0]
+    if worst.growth_ps <= MOST_GROWTH_PS:
+        return
+    how = f"swings up at {worst.frequency_hz:.2f} Hz" if worst.frequency_hz else "turns over"
+    msg = (
+        f"tow.rope: at {speed_mps:.4g} m/s the bird {how} by itself, e-fold in {1.0 / worst.growth_ps:.1f} s; allowed: "
+        f"{_steady_rope(line, speed_mps, density)}larger fins farther behind (tow.body.fin_area_m2, fin_station_m), or "
+        "another speed"
+    )
+    raise RequestError(msg)
+
+
+def _steady_rope(line: Line, speed_mps: float, density: float) -> str:
+    """The rope from which on a bird does not swing up by itself, in words; nothing if no rope helps."""
+    length = line.rope.length_m
+    while length < LONGEST_M:
+        length *= 1.05
+        longer = replace(line, rope=replace(line.rope, length_m=length))
+        found = steady(longer, speed_mps, density)
+        if found is not None and hangs(found) and modes(longer, found, speed_mps, density)[0].growth_ps <= 0.0:
+            return f"a rope of at least {math.ceil(10.0 * length) / 10.0:g} m, "
+    return ""
+
+
+def _flies(line: Line, speed_mps: float, density: float) -> bool:
+    """Whether a line hangs under a carrier and does not swing up by itself."""
+    found = steady(line, speed_mps, density)
+    if found is None or not hangs(found):
+        return False
+    return modes(line, found, speed_mps, density)[0].growth_ps <= MOST_GROWTH_PS
+
+
 def _heavier(tow: Tow, bird: Bird, speed_mps: float, density: float) -> str:
-    """The mass from which on a bird hangs, in words; nothing where there is none."""
-
-    def holds(mass: float) -> bool:
-        return hangs(steady(line_of(tow, bird, mass), speed_mps, density))
-
+    """The mass from which on a bird can be towed, in words; nothing where there is none."""
     light = line_of(tow, bird).body.mass_kg
-    least = _edge(holds, np.geomspace(light, HEAVIEST_KG, 40))
+    masses = np.geomspace(light, HEAVIEST_KG, 40)
+    least = _edge(lambda mass: _flies(line_of(tow, bird, mass), speed_mps, density), masses)
     return "" if least is None else f"at least {math.ceil(10.0 * least) / 10.0:g} kg"
 
 
 def _slower(line: Line, bird: Bird, speed_mps: float, density: float) -> str:
-    """The speed up to which a line hangs, in words; nothing where the bird's model knows none."""
+    """The speed up to which a line can be towed, in words; nothing where the bird's model knows none."""
     speeds = np.linspace(speed_mps, min(speed_mps, bird.facts.limits.speed_mps[0]), 40)
-    most = _edge(lambda speed: hangs(steady(line, speed, density)), speeds)
+    most = _edge(lambda speed: _flies(line, speed, density), speeds)
     return "" if most is None else f"up to {math.floor(10.0 * most) / 10.0:.1f} m/s"
 
 

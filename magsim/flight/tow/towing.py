@@ -9,6 +9,7 @@ from magsim.earth.wgs84 import geodetic_from_ecef, quaternion_en_at, rot_ne_at, 
 from magsim.errors import DataError, RequestError
 from magsim.flight.tow.hook import Hook, gusts_n
 from magsim.flight.tow.line import Line
+from magsim.flight.tow.modes import modes
 from magsim.flight.tow.setup import equilibrium, hook_of, line_of
 from magsim.flight.tow.steady import Steady
 from magsim.flight.tow.swing import Swing, hanging, swing
@@ -28,6 +29,9 @@ LOG_HZ = 30
 
 STEPS_HZ = (120, 240, 480, 960, 1920)
 """Steps a second: the first of them that the tension of the rope allows."""
+
+SLOW_HZ = 3.0
+"""Modes below this are noted: swing, pitch, yaw and roll of the bird."""
 
 MARGIN = 1.25
 """The tension that a step rate bears over the largest that was met."""
@@ -76,6 +80,8 @@ def tow_bird(
     _check(flown, line, tow, step_hz)
     path = trajectory(flown, hook, bird.facts.cg_t)
     _check_flow(path, flown, hook, math.radians(bird.facts.limits.flow_angle.value))
+    every = modes(line, found, float(np.linalg.norm(first[3:6])), float(first[9]))
+    slow = sorted(mode for mode in every if 0.0 < mode.frequency_hz < SLOW_HZ)
     notes = {
         "bird": bird.name,
         "coupling": tow.coupling,
@@ -86,6 +92,8 @@ def tow_bird(
         "log_hz": round(path.rate_hz),
         "steady_trail_deg": math.degrees(found.trail),
         "steady_pitch_deg": math.degrees(found.pitch),
+        "modes_hz": [mode.frequency_hz for mode in slow],
+        "modes_damping": [mode.damping for mode in slow],
         "least_tension_n": flown.least_n,
         "most_tension_n": flown.most_n,
     }
@@ -97,8 +105,10 @@ def swing_under(
 ) -> tuple[Swing, int]:
     """How a bird swings under a carrier that it does not pull on, and the steps a second that this took."""
     start_s, last_s = float(carrier.time_s[0]), float(carrier.time_s[-1])
+    least_n = MARGIN * float(found.tension_n.max())
+    fitting = [rate for rate in STEPS_HZ if line.stable_tension_n(rate) >= least_n] or STEPS_HZ[-1:]
     state = hanging(line, found, hook.air(carrier.time_s[:1])[0])
-    for step_hz in STEPS_HZ if asked_hz is None else (asked_hz,):
+    for step_hz in fitting if asked_hz is None else (asked_hz,):
         flown = swing(
             [line],
             [state],
@@ -161,30 +171,30 @@ def rope_angles(flown: Swing, hook: Hook) -> dict[str, np.ndarray]:
 
 
 def _check(flown: Swing, line: Line, tow: Tow, step_hz: int) -> None:
-    """Refuse a flight whose rope was slack, whose numbers were lost, or whose steps were too few."""
-    if flown.slack_s is not None and (flown.lost_s is None or flown.slack_s < flown.lost_s):
-        msg = (
-            f"the rope went slack at t = {flown.slack_s:.1f} s: the hook moved down or turned faster than the bird "
-            f"falls; allowed: gentler maneuvers and gusts, less bank, or a heavier bird than {line.body.mass_kg:g} kg"
-        )
-        raise DataError(msg)
+    """Refuse a flight whose steps were too few, whose rope was slack, or whose numbers were lost."""
     stable = line.stable_tension_n(step_hz)
-    if flown.lost_s is None and flown.most_n <= stable:
-        return
+    unstable = flown.lost_s is not None or flown.most_n > stable
     key = "flight.step_hz" if tow.coupling == "two_way" else "tow.step_hz" if tow.step_hz else ""
-    if key:
+    if unstable and key:
         what = f"was lost at t = {flown.lost_s:.1f} s" if flown.lost_s is not None else f"took {flown.most_n:.0f} N"
         msg = (
             f"{key}: {step_hz} steps a second bear {stable:.0f} N in a rope of {line.links} links, but it "
             f"{what}; allowed: more steps, or fewer links"
         )
         raise RequestError(msg)
-    when = "" if flown.lost_s is None else f" at t = {flown.lost_s:.1f} s"
-    msg = (
-        f"the swing of the bird diverged{when}, with {step_hz} steps a second and up to {flown.most_n:.0f} N in the "
-        "rope; allowed: fewer links, a heavier or larger bird"
-    )
-    raise DataError(msg)
+    if flown.slack_s is not None:
+        msg = (
+            f"the rope went slack at t = {flown.slack_s:.1f} s: the hook moved down or turned faster than the bird "
+            f"falls; allowed: gentler maneuvers and gusts, less bank, or a heavier bird than {line.body.mass_kg:g} kg"
+        )
+        raise DataError(msg)
+    if unstable:
+        when = "" if flown.lost_s is None else f" at t = {flown.lost_s:.1f} s"
+        msg = (
+            f"the swing of the bird diverged{when}, with {step_hz} steps a second and up to {flown.most_n:.0f} N in "
+            "the rope; allowed: fewer links, a heavier or larger bird"
+        )
+        raise DataError(msg)
 
 
 def _check_flow(path: Trajectory, flown: Swing, hook: Hook, most: float) -> None:

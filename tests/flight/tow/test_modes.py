@@ -1,0 +1,87 @@
+"""Modes of a line: against formulas, and against what the same line does in time."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from magsim.flight.tow.line import Body, Line, Rope, ball
+from magsim.flight.tow.modes import level_tow, modes
+from magsim.flight.tow.steady import steady
+from magsim.flight.tow.swing import hanging, swing
+from magsim.units import G0
+
+ROPE = Rope(length_m=30.0, diameter_m=0.010, mass_per_m=0.12, normal_drag=1.1, tangential_drag=0.02)
+BIRD = Body(
+    mass_kg=80.0,
+    inertia_kgm2=(1.525, 45.68, 45.68),
+    bridle_m=(0.15, 0.0, -0.22),
+    drag_area_m2=(0.06, 0.0, 0.0),
+    cross_area_m2=0.2275,
+    fin_area_m2=0.25,
+    fin_slope=2.5,
+    fin_station_m=-1.1,
+    fin_radius_m=0.25,
+    munk_m3=0.135,
+)
+
+
+def slow(line: Line, speed: float, density: float = 1.19) -> list:
+    found = steady(line, speed, density)
+    return sorted(mode for mode in modes(line, found, speed, density) if 0.0 < mode.frequency_hz < 3.0)
+
+
+def test_a_pendulum_in_still_air():
+    # a rigid rod and a bob: compound pendulum; both swings alike, without damping
+    line = Line(replace(ROPE, normal_drag=0.0, tangential_drag=0.0), ball(80.0, 0.0))
+    rod, length = 0.12 * 30.0, 30.0
+    period = (
+        2.0
+        * math.pi
+        * math.sqrt((80.0 * length**2 + rod * length**2 / 3.0) / ((80.0 * length + rod * length / 2.0) * G0))
+    )
+    found = slow(line, 25.0)[:2]
+    for mode in found:
+        assert 1.0 / mode.frequency_hz == pytest.approx(period, rel=1e-3)
+        assert mode.growth_ps == pytest.approx(0.0, abs=1e-7)
+
+
+def test_the_bird_has_a_swing_a_weathercock_and_a_pitch_in_the_band_of_compensation():
+    frequencies = [mode.frequency_hz for mode in slow(Line(ROPE, BIRD), 28.0)]
+    assert frequencies[:2] == pytest.approx([0.092, 0.094], abs=0.003)
+    assert all(0.28 < frequency < 0.6 for frequency in frequencies[2:4])
+    assert all(mode.growth_ps < 0.0 for mode in slow(Line(ROPE, BIRD), 28.0))
+
+
+def lateral(line: Line, speed: float, push: float, duration_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Sideways place of a bird that was pushed sideways [m] in level tow, over time."""
+    air = level_tow(speed, 1.19)
+    state = hanging(line, steady(line, speed, 1.19), air)
+    # the whole line turns about the hook by a small angle
+    angle = push / line.rope.length_m
+    body = 6 * (line.links - 1)
+    for place in [*range(0, body // 2, 3), body]:
+        state[place + 1] = -angle * state[place + 2]
+    drive = lambda time: np.tile(air, (len(time), 1))  # noqa: E731
+    (flown,) = swing([line], [state], [drive], start_s=0.0, duration_s=[duration_s], step_hz=240, log_hz=30)
+    return flown.time_s, flown.place_m[:, 1]
+
+
+@pytest.mark.parametrize(("length", "growing"), [(30.0, False), (3.0, True)])
+def test_a_swing_grows_or_decays_in_time_as_its_mode(length, growing):
+    line = Line(replace(ROPE, length_m=length), BIRD, 5)
+    swings = [
+        mode for mode in slow(line, 28.0) if abs(mode.frequency_hz - math.sqrt(G0 / length) / (2.0 * math.pi)) < 0.03
+    ]
+    mode = max(swings, key=lambda mode: mode.growth_ps)
+    assert (mode.growth_ps > 0.0) == growing
+    time, place = lateral(line, 28.0, 0.01 if growing else 0.3, 60.0 if not growing else 30.0)
+    # other modes have died away: peaks of one sign tell period and growth
+    later = time > (10.0 if growing else 20.0)
+    time, place = time[later], place[later]
+    peaks = np.flatnonzero((place[1:-1] > place[:-2]) & (place[1:-1] >= place[2:])) + 1
+    period = np.diff(time[peaks]).mean()
+    growth = np.polyfit(time[peaks], np.log(place[peaks]), 1)[0]
+    assert 1.0 / period == pytest.approx(mode.frequency_hz, rel=0.01)
+    assert growth == pytest.approx(mode.growth_ps, abs=0.004 if not growing else 0.01)
