@@ -1,4 +1,4 @@
-"""The tow point: apparent gravity over the turning Earth by closed forms, its place under the carrier, air and gusts."""
+"""The tow point: apparent gravity by closed forms, its place under the carrier, air and gusts."""
 
 import math
 
@@ -50,7 +50,7 @@ def test_at_rest_it_feels_normal_gravity_and_no_wind(lat_deg: float) -> None:
 @pytest.mark.parametrize("speed_mps", [60.0, -60.0])
 @pytest.mark.parametrize("lat_deg", [0.0, 45.0, -70.0])
 def test_along_a_parallel_it_feels_eotvos(lat_deg: float, speed_mps: float) -> None:
-    """Faster around the Earth's axis: the centrifugal acceleration grows by (2 Omega + turn) turn times its distance."""
+    """Faster around the Earth's axis: the centrifugal acceleration grows by (2 Omega + turn) turn r."""
     _, found = local(hook_of(along_parallel(lat_deg, speed_mps)), INSIDE)
     lat = math.radians(lat_deg)
     radius = (radii_of_curvature(lat)[1] + ALT_M) * math.cos(lat)
@@ -123,13 +123,13 @@ def test_wind_blows_at_both_and_gusts_at_the_bird_alone() -> None:
 
 def test_gusts_are_a_process_of_first_order_with_a_grid_of_its_own() -> None:
     gusts = Gusts(speed_mps=1.5, length_m=150.0)
-    time = np.arange(20000 * 10) / 10.0
+    time = np.arange(8000 * 10) / 10.0
     drawn = gusts_n(gusts, time, 30.0, 4)
-    assert drawn.std(axis=0) == pytest.approx(1.5, rel=0.05)
+    assert drawn.std(axis=0) == pytest.approx(1.5, rel=0.08)
     for lag_s in (1.0, 5.0):
         rows = round(10.0 * lag_s)
         together = np.mean(drawn[rows:] * drawn[:-rows], axis=0) / np.mean(drawn**2, axis=0)
-        assert together == pytest.approx(math.exp(-lag_s / 5.0), abs=0.05)
+        assert together == pytest.approx(math.exp(-lag_s / 5.0), abs=0.08)
     # other rows see the same weather
     np.testing.assert_array_equal(gusts_n(gusts, np.arange(600) / 60.0, 30.0, 4)[::6], drawn[:100])
     assert np.abs(gusts_n(gusts, time[:100], 30.0, 5) - drawn[:100]).max() > 0.5

@@ -50,10 +50,8 @@ def test_what_a_scenario_leaves_out_is_what_the_file_says(bird: Bird) -> None:
 
 
 def test_places_count_from_the_center_of_gravity(bird: Bird) -> None:
-    part = bird.facts.body.center_of_gravity
-    moved = bird.facts.body.model_copy(
-        update={"center_of_gravity": part.model_copy(update={"value": (0.2, 0.0, 0.05)})}
-    )
+    center = bird.facts.body.center_of_gravity.model_copy(update={"value": (0.2, 0.0, 0.05)})
+    moved = bird.facts.body.model_copy(update={"center_of_gravity": center})
     other = Bird(bird.name, bird.facts.model_copy(update={"body": moved}), bird.magnetics, bird.digest)
     body = line_of(tow_of(other), other).body
     assert body.bridle_m == pytest.approx((0.15 - 0.2, 0.0, -0.22 - 0.05))
@@ -78,10 +76,8 @@ TOO_LIGHT = re.compile(
     [
         ({}, {"mass_kg": 5.0}, 60.0),
         ({}, {"mass_kg": 2.0, "drag_area_m2": 1.0}, 28.0),
-        ({}, {"drag_area_m2": 10.0}, 60.0),
         ({"length_m": 500.0, "diameter_m": 0.05}, {}, 28.0),
-        # tied below or far ahead of the center of gravity: at rest in no pitch where it is slow
-        ({}, {"mass_kg": 3.0, "bridle_m": [0.0, 0.0, 0.3]}, 60.0),
+        # tied far ahead of the center of gravity: at rest in no pitch where it is slow
         ({}, {"mass_kg": 3.0, "bridle_m": [0.8, 0.0, 0.0]}, 60.0),
     ],
 )
@@ -93,8 +89,11 @@ def test_mass_and_speed_that_are_said_to_be_allowed_are(bird: Bird, rope: dict, 
     mass, speed = float(said["mass"]), float(said["speed"])
 
     def works(mass_kg: float, at_mps: float) -> bool:
-        found = steady(line_of(tow_of(bird, rope=rope, **(body | {"mass_kg": mass_kg})), bird), at_mps, DENSITY)
-        return hangs(found)
+        try:
+            equilibrium(tow_of(bird, rope=rope, **(body | {"mass_kg": mass_kg})), bird, at_mps, DENSITY)
+        except RequestError:
+            return False
+        return True
 
     now = body.get("mass_kg", 80.0)
     assert works(mass, speed_mps)
@@ -103,11 +102,18 @@ def test_mass_and_speed_that_are_said_to_be_allowed_are(bird: Bird, rope: dict, 
     assert not works(now, speed + 0.2)
 
 
-def test_where_neither_mass_nor_speed_helps_the_rope_is_left(bird: Bird) -> None:
-    """A parachute on a thick rope is towed by nobody."""
-    tow = tow_of(bird, rope={"length_m": 500.0, "diameter_m": 0.1, "links": 2}, drag_area_m2=10.0, mass_kg=3.0)
+@pytest.mark.parametrize(
+    ("rope", "body"),
+    [
+        # a parachute on a thick rope
+        ({"length_m": 500.0, "diameter_m": 0.1, "links": 2}, {"drag_area_m2": 10.0, "mass_kg": 3.0}),
+        # tied below its center of gravity: where it is heavier or slower it turns over or swings up
+        ({}, {"mass_kg": 3.0, "bridle_m": [0.0, 0.0, 0.3]}),
+    ],
+)
+def test_where_neither_mass_nor_speed_helps_the_rope_is_left(bird: Bird, rope: dict, body: dict) -> None:
     with pytest.raises(RequestError, match=r"allowed: up to 70 deg, that is a shorter or thinner rope$"):
-        equilibrium(tow, bird, 80.0, DENSITY)
+        equilibrium(tow_of(bird, rope=rope, **body), bird, 60.0, DENSITY)
 
 
 def test_a_bird_without_a_pitch_at_rest_is_told(bird: Bird) -> None:

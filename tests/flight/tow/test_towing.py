@@ -166,7 +166,7 @@ def test_a_slack_rope_is_told_with_its_time(bird: Bird) -> None:
 def test_air_from_beyond_the_model_of_the_bird_is_told(bird: Bird) -> None:
     told = r"^the air met the bird \d+ deg off its axis at t = \d+\.\d s; allowed: up to 45 deg, "
     with pytest.raises(DataError, match=told):
-        towed(heaving(0.45, 10.0, period_s=8.0), bird, speed_mps=10.0)
+        towed(heaving(0.9, 28.0), bird)
 
 
 def test_steps_that_are_too_few_are_told_and_more_of_them_do(bird: Bird) -> None:
@@ -181,12 +181,15 @@ def test_steps_that_are_too_few_are_told_and_more_of_them_do(bird: Bird) -> None
     assert towed(path, bird, tow={"rope": {"links": 60}}).notes["tow"]["step_hz"] == 240
 
 
-def test_a_rope_too_light_for_any_steps_is_told(bird: Bird) -> None:
-    rope = {"links": 60, "length_m": 15.0, "mass_kgpm": 0.001}
-    with pytest.raises(DataError, match=r"^the swing of the bird diverged at t = 0\.0 s") as told:
-        towed(along_parallel(30.0, 28.0, 20.0), bird, tow={"rope": rope})
-    assert "inf" not in str(told.value)
-    assert "heavier rope" in str(told.value)
+@pytest.mark.parametrize("mass_kgpm", [0.001, 0.0015])
+def test_a_rope_too_light_for_any_steps_is_told(bird: Bird, mass_kgpm: float) -> None:
+    """60 links of 0.25 m: 1920 steps a second bear 461 and 691 N, it takes 730; the second is shaken slack first."""
+    rope = {"links": 60, "length_m": 15.0, "mass_kgpm": mass_kgpm}
+    told = rf"^the swing of the bird diverged at t = .* of 60 links of {mass_kgpm} kg/m; allowed: .* a heavier rope$"
+    with pytest.raises(DataError, match=told):
+        towed(along_parallel(30.0, 28.0, 5.0), bird, tow={"rope": rope})
+    rope |= {"links": 20}
+    assert towed(along_parallel(30.0, 28.0, 5.0), bird, tow={"rope": rope}).bird is not None
 
 
 def test_a_bird_too_light_is_told_before_it_flies(bird: Bird) -> None:
