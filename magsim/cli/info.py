@@ -93,11 +93,13 @@ def _details(recording: "Recording") -> Iterator[Section]:
     notes = recording.meta.get("notes")
     if isinstance(notes, dict) and "drape_worst_error_m" in notes:
         yield _drape(notes)
+    if isinstance(notes, dict) and isinstance(notes.get("tow"), dict):
+        yield _tow(notes)
     yield from _heading_tables(recording)
 
 
 def _provenance(recording: "Recording") -> Section:
-    keys = ("scenario", "aircraft", "seed", "overrides", "digest", "version", "filter", "simulation_rate_hz")
+    keys = ("scenario", "aircraft", "bird", "seed", "overrides", "digest", "version", "filter", "simulation_rate_hz")
     rows = tuple((key, _word(recording.meta[key])) for key in keys if recording.meta.get(key) not in (None, [], ""))
     return Section("Where it comes from", ("key", "value"), rows or (("-", "no provenance"),))
 
@@ -164,6 +166,18 @@ def _drape(notes: Mapping[str, object]) -> Section:
     keys = ("worst_error_m", "rms_error_m", "lowest_above_ground_m", "mean_above_ground_m", "highest_above_ground_m")
     header = ("off plan, worst m", "rms m", "above ground, lowest m", "mean m", "highest m")
     return Section("Drape: heights on the lines", header, (tuple(_word(notes.get(f"drape_{key}")) for key in keys),))
+
+
+def _tow(notes: Mapping[str, object]) -> Section:
+    """What was towed, how it hung, and how it swings."""
+    keys = ("bird", "coupling", "rope_m", "links", "mass_kg", "steady_trail_deg", "steady_pitch_deg")
+    keys += ("least_tension_n", "most_tension_n", "step_hz", "modes_hz", "modes_damping")
+    tow = notes["tow"]
+    assert isinstance(tow, dict)
+    rows = [(key, _word(tow[key])) for key in keys if key in tow]
+    if "carrier" in notes:
+        rows.append(("carrier", _word(notes["carrier"])))
+    return Section("Tow", ("key", "value"), tuple(rows))
 
 
 def _heading_tables(recording: "Recording") -> Iterator[Section]:

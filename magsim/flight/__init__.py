@@ -13,6 +13,7 @@ import jsbsim
 import numpy as np
 
 from magsim.aircraft import Aircraft, Bird, Facts, KinematicFacts
+from magsim.earth.atmosphere import standard_density
 from magsim.errors import DataError, RequestError
 from magsim.flight.calibration import check_reach, close_joints, loop_response, own_calibration
 from magsim.flight.drape import drape_notes
@@ -84,8 +85,12 @@ def fly(
         msg = f"tow.bird: {scenario.tow.bird} is read by load_scenario only"
         raise RequestError(msg)
     tell = (lambda _share: None) if progress is None else progress
-    from magsim.flight.tow.towing import tow_bird  # the equations are compiled: a second that others need not wait
+    # the equations are compiled: a second that flights without a bird need not wait
+    from magsim.flight.tow.setup import equilibrium
+    from magsim.flight.tow.towing import tow_bird
 
+    # what cannot hang is told before the carrier has flown
+    equilibrium(scenario.tow, bird, scenario.start.speed_mps, float(standard_density(scenario.start.alt_m)))
     flight, flown = _fly_carrier(
         scenario, aircraft, bird, ground=ground, track=track, progress=lambda share: tell(0.8 * share)
     )

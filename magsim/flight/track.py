@@ -12,12 +12,16 @@ from scipy.interpolate import CubicSpline
 
 from magsim.aircraft import Aircraft
 from magsim.earth.wgs84 import radii_of_curvature, transport_rate
+from magsim.errors import RequestError
 from magsim.flight.rates import log_rate_hz
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.scenario import Scenario, TrackLog
 from magsim.scenario.track import SURFACES
 from magsim.terrain import Ground, TangentPlane
 from magsim.trajectory import Flight, Segment, Trajectory, Turning
+
+LEAST_S = 10.0
+"""Shortest recording of a track."""
 
 
 def fly_track(
@@ -55,6 +59,13 @@ def fly_track(
     grid = np.arange(-round(before_s * log_hz), last + 1) / log_hz
     carrier = motion_of(place(grid), place(grid, 1), turning, grid, aircraft.facts.cg_b)
     duration = math.floor((last / log_hz - after_s) * rate_hz + 1e-9) / rate_hz
+    if duration < LEAST_S and scenario.tow is not None:
+        spare = time[-1] - after_s - LEAST_S + scenario.tow.settle_s
+        msg = (
+            f"tow.settle_s: the track lasts {time[-1] + before_s:.0f} s, which leaves {max(duration, 0.0):.0f} s of rows "
+            f"after a bird has settled for {scenario.tow.settle_s:g} s; allowed: up to {max(0.0, spare):.0f}"
+        )
+        raise RequestError(msg)
     surfaces = {name: track[name] for name in SURFACES if name in track}
     controls = {name: CubicSpline(time, value)(grid) for name, value in surfaces.items()}
     return Flight(
