@@ -181,7 +181,8 @@ def dense(line: Line, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple
     """Accelerations of nodes, body and body's rates, (3 (N + 1),), and tensions (N,): one system of all of them.
 
     Each link's length is held by a multiplier. The derivatives of the links' rates are taken by complex steps, which
-    lose no digits, of a function that knows places and velocities alone.
+    lose no digits, of a function that knows places and velocities alone. Of the axes' own turning the centers of mass
+    feel Coriolis; the body's rotation is counted from the axes as if they stood still.
     """
     parts, (link_kg, body_kg), n = parts_of(line, state), masses(line), line.links
     inertia, bridle = np.array(line.body.inertia_kgm2), np.array(line.body.bridle_m)

@@ -8,6 +8,7 @@ import pytest
 from magsim.flight.tow import chain
 from magsim.flight.tow.line import Body, Line, ball
 from magsim.flight.tow.steady import steady
+from magsim.scenario.tow import WHIP_G
 from magsim.streams import stream
 from magsim.units import G0
 from tests.benchmarks.tow_rows.steady import trail_flown
@@ -21,6 +22,7 @@ from tests.benchmarks.tow_rows.swings import (
     link_error_m,
     pendulum_s,
 )
+from tests.benchmarks.tow_rows.whip import whipped
 from tests.tows import at_rest, level, states, tilted
 from tests.truth.ropes import (
     AIR,
@@ -175,3 +177,10 @@ def test_steps_are_stable_up_to_the_tension_that_is_said(links: int, step_hz: in
 def test_plane_of_a_swing_at_the_pole_turns_against_the_earth() -> None:
     """Foucault: the fixed star's plane, clockwise from above, once in a sidereal day."""
     assert foucault_error_pct() < 1.0
+
+
+def test_a_hook_that_swings_as_hard_as_is_allowed_makes_no_rope_slack() -> None:
+    """Slow and fast; three times as hard it does."""
+    for speed in (28.0, 75.0):
+        assert whipped(speed, WHIP_G)[0] > 100.0
+        assert whipped(speed, 3.0 * WHIP_G)[0] < 0.0
