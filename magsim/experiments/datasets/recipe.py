@@ -1,0 +1,184 @@
+"""Recipes: which flights make a data set, in which files, and what people must know about it."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import date as Date
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter, ValidationError, field_validator
+
+from magsim import assets, columns, config
+from magsim.config import Document, Name, Problems, Strict
+from magsim.errors import RequestError
+from magsim.scenario import LoadedScenario, load_scenario
+
+RECIPE = "recipe.toml"
+"""Name of the file that makes a folder a data set's."""
+
+LONGEST_NAME = 40
+
+Texts = Annotated[tuple[str, ...], Field(strict=False)]
+
+_TEXTS = TypeAdapter(Texts)
+
+
+class FlightRecipe(Strict):
+    """One flight."""
+
+    name: Name
+    scenario: str = Field(
+        min_length=1, description="name of a shipped scenario, or a file beside the recipe that ends with .toml"
+    )
+    set_: Texts = Field(default=(), alias="set", description="settings laid over the scenario, as with --set")
+    splits: Annotated[tuple[Literal["train", "valid", "test"], ...], Field(strict=False, min_length=1)] = Field(
+        description="every split that its rows must have, and no other"
+    )
+
+
+class ShardRecipe(Strict):
+    """One file of flights."""
+
+    name: Name
+    note: str = Field(default="", description="what is in it, for the card")
+    set_: Texts = Field(default=(), alias="set", description="settings of all its flights")
+    flights: Annotated[tuple[FlightRecipe, ...], Field(strict=False, min_length=1)]
+
+
+class Recipe(Strict):
+    """A data set."""
+
+    schema_: Literal[1] = Field(alias="schema", description="version of this format")
+    title: str = Field(min_length=1, max_length=200)
+    description: str = Field(min_length=1, max_length=2000)
+    version: str = Field(default="1.0.0", pattern=r"^\d+\.\d+\.\d+$", description="of the recipe")
+    date: Date = Field(description="when this version of the recipe was made")
+    license: str = Field(default="CC-BY-4.0", pattern=r"^[A-Za-z0-9.+-]+$", description="an SPDX identifier")
+    creator: str = Field(default="The magsim developers", min_length=1)
+    keywords: Texts = ()
+    uses: Texts = Field(default=(), description="what it is good for, a sentence each")
+    limits: Texts = Field(default=(), description="what it cannot tell, a sentence each")
+    samples: int = Field(default=20, ge=2, le=1000, description="rows of each flight that samples.csv keeps")
+    shards: Annotated[tuple[ShardRecipe, ...], Field(strict=False, min_length=1)]
+
+    @field_validator("shards")
+    @classmethod
+    def _names_differ(cls, shards: tuple[ShardRecipe, ...]) -> tuple[ShardRecipe, ...]:
+        places = [(f"[{i}].name", shard.name, "file") for i, shard in enumerate(shards)]
+        places += [
+            (f"[{i}].flights[{j}].name", flight.name, "flight")
+            for i, shard in enumerate(shards)
+            for j, flight in enumerate(shard.flights)
+        ]
+        seen, found = set(), []
+        for key, name, kind in places:
+            if (kind, name) in seen:
+                found.append((key, f"{name!r} is the name of another {kind}; allowed: each name once"))
+            seen.add((kind, name))
+        if found:
+            raise Problems(*found)
+        return shards
+
+
+@dataclass(frozen=True)
+class Task:
+    """One flight, ready to be flown.
+
+    Attributes
+    ----------
+    name : str
+    shard : str
+    scenario : Path
+    overrides : tuple of str
+        Those of the file, then those of the flight.
+    splits : frozenset of str
+    digest : str
+        Of the scenario with its aircraft.
+    """
+
+    name: str
+    shard: str
+    scenario: Path
+    overrides: tuple[str, ...]
+    splits: frozenset[str]
+    digest: str
+
+
+@dataclass(frozen=True)
+class LoadedRecipe:
+    """A recipe with its place and its flights.
+
+    Attributes
+    ----------
+    name : str
+        Name of the data set: that of the folder.
+    folder : Path
+    recipe : Recipe
+    tasks : tuple of Task
+        In the order of the recipe.
+    """
+
+    name: str
+    folder: Path
+    recipe: Recipe
+    tasks: tuple[Task, ...]
+
+
+def load_recipe(name_or_path: str | Path) -> LoadedRecipe:
+    """Read and check a recipe and every scenario that it names.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        The name of a shipped data set, or the path of a folder with a ``recipe.toml``.
+
+    Raises
+    ------
+    RequestError
+        If anything is wrong: one line for each problem, with file and line.
+    """
+    folder = assets.dataset_dir(name_or_path)
+    name = folder.resolve().name
+    document = config.read(folder / RECIPE)
+    scenarios: dict[tuple[int, int], LoadedScenario] = {}
+    problems: list[tuple[str, str]] = []
+    if not re.fullmatch(columns.NAME_PATTERN, name) or len(name) > LONGEST_NAME:
+        text = f"the folder's name {name[:60]!a} cannot name a data set; allowed: lower-case letters, digits and _"
+        problems.append(("title", text))
+    for i, j, path, overrides in _named_scenarios(document, folder):
+        try:
+            scenarios[i, j] = load_scenario(path, overrides)
+        except RequestError as error:
+            problems += [(f"shards[{i}].flights[{j}].scenario", line) for line in str(error).splitlines()]
+    recipe = document.validate(Recipe, also=problems)
+    tasks = []
+    for i, shard in enumerate(recipe.shards):
+        for j, flight in enumerate(shard.flights):
+            path = _scenario_path(flight.scenario, folder)
+            digest = scenarios[i, j].digest
+            overrides = (*shard.set_, *flight.set_)
+            tasks.append(Task(flight.name, shard.name, path, overrides, frozenset(flight.splits), digest))
+    return LoadedRecipe(name, folder, recipe, tuple(tasks))
+
+
+def _named_scenarios(document: Document, folder: Path) -> Iterator[tuple[int, int, Path, tuple[str, ...]]]:
+    """Scenarios of the flights that are written well enough: the others are told with what is wrong in the recipe."""
+    shards = document.table.get("shards")
+    for i, shard in enumerate(shards if isinstance(shards, list) else []):
+        flights = shard.get("flights") if isinstance(shard, dict) else None
+        shared = shard.get("set", []) if isinstance(shard, dict) else []
+        for j, table in enumerate(flights if isinstance(flights, list) else []):
+            try:
+                flight = FlightRecipe.model_validate(table)
+                given = _TEXTS.validate_python(shared, strict=False)
+            except ValidationError:
+                continue
+            yield i, j, _scenario_path(flight.scenario, folder), (*given, *flight.set_)
+
+
+def _scenario_path(text: str, folder: Path) -> Path:
+    """File of a scenario: beside the recipe, or a shipped one whatever lies in the working folder."""
+    if text.endswith(".toml"):
+        return folder / text
+    return assets.ROOT / "scenarios" / f"{text}.toml" if text in assets.list_scenarios() else folder / text
