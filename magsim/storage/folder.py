@@ -46,7 +46,7 @@ def check_folder_target(path: Path, *, force: bool = False) -> None:
             msg = f"{path} exists already; --force replaces it"
             raise RequestError(msg)
         path.parent.mkdir(parents=True, exist_ok=True)
-        probe = path.with_name(f".{secrets.token_hex(6)}{PART}")
+        probe = _hidden(path)
         probe.mkdir()
         probe.rmdir()
     except (OSError, ValueError) as error:
@@ -91,10 +91,15 @@ def atomic_folder(path: Path, write: Callable[[Path], object], *, force: bool = 
             os.close(lock)
 
 
+def _hidden(path: Path) -> Path:
+    """A new name beside the path for what is not finished."""
+    return path.with_name(f".{path.name[:100]}.{secrets.token_hex(6)}{PART}")
+
+
 def _reserve(path: Path) -> tuple[Path, int | None]:
     """A new folder beside the path, locked as long as this process lives."""
     while True:
-        temporary = path.with_name(f".{path.name[:100]}.{secrets.token_hex(6)}{PART}")
+        temporary = _hidden(path)
         try:
             temporary.mkdir()
         except OSError as error:
@@ -135,7 +140,7 @@ def _publish(temporary: Path, path: Path, *, force: bool) -> None:
     if not (force and path.exists()):
         temporary.rename(path)
         return
-    before = path.with_name(f".{path.name[:100]}.{secrets.token_hex(6)}{PART}")
+    before = _hidden(path)
     path.rename(before)
     try:
         temporary.rename(path)

@@ -90,7 +90,7 @@ def build(
     if outcome:
         return outcome[0]
     what = f"its manifest in {loaded.folder} is new" if renew else "there is no manifest to compare with"
-    return Verdict("own", f"{loaded.name}: {what}")
+    return Verdict("own", what)
 
 
 def check_renewable(folder: Path) -> None:

@@ -26,7 +26,7 @@ class Verdict:
         ``bytes``: every file is identical. ``samples``: another kind of machine made it, and its numbers agree.
         ``own``: there was no manifest but the one beside the files.
     text : str
-        For people, one or more lines.
+        For people, one line.
     worst_nt : float
         Largest difference of a sample in nT; 0 for ``bytes``.
     """
@@ -84,10 +84,10 @@ def compare(found: Survey, reference: Reference) -> Verdict:
     lines = [*_structure(found.manifest, wanted)]
     if lines:
         raise _differs(reference, lines)
-    name, files = wanted.dataset, len(wanted.files)
+    files = f"{len(wanted.files)} files" if len(wanted.files) > 1 else "1 file"
     pairs = list(zip(found.manifest.files, wanted.files, strict=True))
     if all(one.sha256 == other.sha256 for one, other in pairs):
-        return Verdict("bytes", f"{name}: {files} files, each identical in every byte to the manifest")
+        return Verdict("bytes", f"{files}, identical in every byte to the manifest")
     other_machine = differences(found.manifest.made_on, wanted.made_on)
     if not other_machine:
         raise _differs(reference, [_first_difference(one, found, reference) for one, other in pairs if one != other])
@@ -95,9 +95,9 @@ def compare(found: Survey, reference: Reference) -> Verdict:
     if lines:
         raise _differs(reference, lines, f"made on another kind of machine: {'; '.join(other_machine)}")
     text = (
-        f"{name}: {files} files, made on another kind of machine than the manifest's: {'; '.join(other_machine)}\n"
-        f"{name}: so the bytes differ; samples of every column agree, the largest difference is {worst_nt:.2g} nT of "
-        f"{samples.TOLERANCES['nT']:g} allowed"
+        f"{files}, samples of every column agree, the largest difference is {worst_nt:.2g} nT of "
+        f"{samples.TOLERANCES['nT']:g} allowed; the bytes differ, for another kind of machine made the manifest "
+        f"({'; '.join(other_machine)})"
     )
     return Verdict("samples", text, worst_nt)
 
@@ -212,8 +212,7 @@ def check_folder(folder: Path, reference: Reference | None) -> Verdict:
     if reference is not None:
         verdict = compare(found, reference)
     else:
-        text = f"{own.dataset}: {len(own.files)} files, as {MANIFEST} beside them lists them; no recipe to compare with"
-        verdict = Verdict("own", text)
+        verdict = Verdict("own", f"as {MANIFEST} beside the files lists them; there is no recipe to compare with")
     dataset.check()
     told = folder / statistics.STATISTICS
     if told.is_file() and told.read_bytes() != statistics.to_text(found.statistics).encode():
