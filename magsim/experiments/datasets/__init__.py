@@ -5,7 +5,7 @@ with the checksums that a machine of one kind gave, samples that every other mac
 a card and Croissant metadata; all but the recipe and its scenarios are written by ``build(renew=True)``.
 """
 
-from magsim.experiments.datasets.build import build
+from magsim.experiments.datasets.builder import build
 from magsim.experiments.datasets.compare import Verdict, check_folder, reference_of
 from magsim.experiments.datasets.recipe import LoadedRecipe, load_recipe
 

@@ -7,10 +7,10 @@ from datetime import date as Date
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError, field_validator
+from pydantic import Field, TypeAdapter, ValidationError
 
 from magsim import assets, columns, config
-from magsim.config import Document, Name, Problems, Strict
+from magsim.config import Document, Name, Strict
 from magsim.errors import RequestError
 from magsim.scenario import LoadedScenario, load_scenario
 
@@ -61,24 +61,6 @@ class Recipe(Strict):
     limits: Texts = Field(default=(), description="what it cannot tell, a sentence each")
     samples: int = Field(default=20, ge=2, le=1000, description="rows of each flight that samples.csv keeps")
     shards: Annotated[tuple[ShardRecipe, ...], Field(strict=False, min_length=1)]
-
-    @field_validator("shards")
-    @classmethod
-    def _names_differ(cls, shards: tuple[ShardRecipe, ...]) -> tuple[ShardRecipe, ...]:
-        places = [(f"[{i}].name", shard.name, "file") for i, shard in enumerate(shards)]
-        places += [
-            (f"[{i}].flights[{j}].name", flight.name, "flight")
-            for i, shard in enumerate(shards)
-            for j, flight in enumerate(shard.flights)
-        ]
-        seen, found = set(), []
-        for key, name, kind in places:
-            if (kind, name) in seen:
-                found.append((key, f"{name!r} is the name of another {kind}; allowed: each name once"))
-            seen.add((kind, name))
-        if found:
-            raise Problems(*found)
-        return shards
 
 
 @dataclass(frozen=True)
@@ -142,7 +124,7 @@ def load_recipe(name_or_path: str | Path) -> LoadedRecipe:
     name = folder.resolve().name
     document = config.read(folder / RECIPE)
     scenarios: dict[tuple[int, int], LoadedScenario] = {}
-    problems: list[tuple[str, str]] = []
+    problems = [*_double_names(document)]
     if not re.fullmatch(columns.NAME_PATTERN, name) or len(name) > LONGEST_NAME:
         text = f"the folder's name {name[:60]!a} cannot name a data set; allowed: lower-case letters, digits and _"
         problems.append(("title", text))
@@ -162,19 +144,34 @@ def load_recipe(name_or_path: str | Path) -> LoadedRecipe:
     return LoadedRecipe(name, folder, recipe, tuple(tasks))
 
 
+def _tables(value: object) -> list[dict[str, object]]:
+    """Tables of a list; none where it is no list, and an empty one for what is no table."""
+    return [item if isinstance(item, dict) else {} for item in value] if isinstance(value, list) else []
+
+
+def _double_names(document: Document) -> Iterator[tuple[str, str]]:
+    """Files and flights whose names are taken."""
+    seen = set()
+    for i, shard in enumerate(_tables(document.table.get("shards"))):
+        places = [(f"shards[{i}].name", "file", shard.get("name"))]
+        flights = _tables(shard.get("flights"))
+        places += [(f"shards[{i}].flights[{j}].name", "flight", flight.get("name")) for j, flight in enumerate(flights)]
+        for key, kind, name in places:
+            if isinstance(name, str) and (kind, name) in seen:
+                yield key, f"{name[:60]!a} is the name of another {kind}; allowed: each name once"
+            seen.add((kind, str(name)))
+
+
 def _named_scenarios(document: Document, folder: Path) -> Iterator[tuple[int, int, Path, tuple[str, ...]]]:
     """Scenarios of the flights that are written well enough: the others are told with what is wrong in the recipe."""
-    shards = document.table.get("shards")
-    for i, shard in enumerate(shards if isinstance(shards, list) else []):
-        flights = shard.get("flights") if isinstance(shard, dict) else None
-        shared = shard.get("set", []) if isinstance(shard, dict) else []
-        for j, table in enumerate(flights if isinstance(flights, list) else []):
+    for i, shard in enumerate(_tables(document.table.get("shards"))):
+        for j, table in enumerate(_tables(shard.get("flights"))):
             try:
                 flight = FlightRecipe.model_validate(table)
-                given = _TEXTS.validate_python(shared, strict=False)
+                shared = _TEXTS.validate_python(shard.get("set", []), strict=False)
             except ValidationError:
                 continue
-            yield i, j, _scenario_path(flight.scenario, folder), (*given, *flight.set_)
+            yield i, j, _scenario_path(flight.scenario, folder), (*shared, *flight.set_)
 
 
 def _scenario_path(text: str, folder: Path) -> Path:

@@ -20,6 +20,8 @@ from magsim.recording import Recording
 STATISTICS = "statistics.csv"
 """Name of the file."""
 
+DIGITS = ".9g"
+
 HEADER = ("file", "split", "column", "unit", "rows", "min", "max", "mean", "std")
 
 
@@ -42,11 +44,12 @@ Statistics = Mapping[tuple[str, str, str], Statistic]
 
 
 def of_values(parts: Iterable[np.ndarray]) -> Statistic:
-    """Statistics of all values of some arrays."""
+    """Statistics of all values of some arrays, rounded to the digits of the table."""
     values = np.concatenate(list(parts))
     mean = math.fsum(values) / len(values)
     variance = math.fsum(np.square(values - mean)) / len(values)
-    return Statistic(len(values), float(values.min()), float(values.max()), mean, math.sqrt(variance))
+    numbers = (values.min(), values.max(), mean, math.sqrt(variance))
+    return Statistic(len(values), *(float(f"{number:{DIGITS}}") for number in numbers))
 
 
 def of_file(name: str, recordings: Iterable[Recording]) -> dict[tuple[str, str, str], Statistic]:
@@ -68,7 +71,7 @@ def to_text(statistics: Statistics) -> str:
     lines = [",".join(HEADER)]
     for (file, split, column), found in statistics.items():
         numbers = (found.least, found.largest, found.mean, found.std)
-        told = [file, split, column, columns.find(column).unit, str(found.rows), *(f"{x:.9g}" for x in numbers)]
+        told = [file, split, column, columns.find(column).unit, str(found.rows), *(f"{x:{DIGITS}}" for x in numbers)]
         lines.append(",".join(told))
     return "\n".join(lines) + "\n"
 

@@ -68,7 +68,7 @@ def build(
         check_renewable(loaded.folder)
     reference = None if renew else reference_of(loaded.name, loaded.folder)
     if reference is not None:
-        _check_recipe(loaded, reference)
+        check_recipe(loaded, reference)
     _check_replaceable(target, force=force)
     check_folder_target(target, force=force)
     if reference is not None:
@@ -106,8 +106,14 @@ def check_renewable(folder: Path) -> None:
         raise RequestError(msg)
 
 
-def _check_recipe(loaded: LoadedRecipe, reference: Reference) -> None:
-    """The manifest must be of these flights, before any is flown."""
+def check_recipe(loaded: LoadedRecipe, reference: Reference) -> None:
+    """Refuse a manifest of other flights, before any is flown.
+
+    Raises
+    ------
+    DataError
+        If recipe, scenarios or aircraft were changed since the manifest was made.
+    """
     files = reference.manifest.files
     listed = [(entry.name, flight.name, flight.digest) for entry in files for flight in entry.flights]
     tasks = sorted(loaded.tasks, key=lambda task: task.shard)
