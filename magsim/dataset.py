@@ -214,7 +214,16 @@ class Dataset:
         return read_manifest(self.folder / MANIFEST)
 
     def split(self, name: str) -> list[Recording]:
-        """The rows of one split of every flight that has any: ``split("train")``."""
+        """The rows of one split of every flight that has any: ``split("train")``.
+
+        Raises
+        ------
+        ValueError
+            If there is no such split.
+        """
+        if name not in columns.SPLITS.values():
+            msg = f"there is no split {name!r}; allowed: {', '.join(columns.SPLITS.values())}"
+            raise ValueError(msg)
         told = [info for info in self.flights.values() if info.splits.get(name, 0) >= 2]
         return [self[info.name].where(split=name) for info in told]
 

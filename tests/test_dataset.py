@@ -59,6 +59,9 @@ def test_splits_are_taken_over_all_flights(folder):
     assert [(part.name, len(part)) for part in dataset.split("train")] == [("one", 5)]
     assert [(part.name, len(part)) for part in dataset.split("test")] == [("two", 4), ("three", 6)]
 
+    with pytest.raises(ValueError, match="there is no split 'tset'; allowed: train, valid, test"):
+        dataset.split("tset")
+
 
 def test_windows_of_all_files_or_of_some(folder):
     dataset = Dataset(folder)

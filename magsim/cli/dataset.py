@@ -10,8 +10,8 @@ def dataset() -> None:
     """Build data sets from their recipes, and check them."""
 
 
-@dataset.command(short_help="List the shipped data sets.")
-def list() -> None:
+@dataset.command(name="list", short_help="List the shipped data sets.")
+def list_() -> None:
     """List the shipped data sets: name, size, flights, title."""
     from magsim import assets
     from magsim.cli.info import Section, show

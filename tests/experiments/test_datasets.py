@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magsim import Dataset, assets, columns
+from magsim import Dataset, assets
 from magsim.cli import main
 from magsim.dataset import MANIFEST
 from magsim.experiments.datasets import builder as building
 from magsim.experiments.datasets import fly as flying
 from magsim.experiments.datasets import samples, statistics
-from magsim.experiments.datasets.samples import SAMPLES, Line
+from magsim.experiments.datasets.samples import SAMPLES
 from magsim.recording import Recording, read_recordings, write_recordings
 
 SCENARIO = """\
@@ -446,34 +446,6 @@ def _alive(pid: str) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
-
-
-def test_every_unit_has_a_tolerance():
-    assert {family.unit for family in columns.FAMILIES} <= set(samples.TOLERANCES)
-
-
-def test_angles_are_compared_around_the_circle():
-    assert samples.distance("ins_heading_deg", 359.9999, 0.0001) == pytest.approx(0.0002)
-    assert samples.distance("mag_cabin_nt", 360.0, 0.0) == 360.0
-
-
-def test_samples_are_read_as_they_are_written(tmp_path):
-    kept = {
-        ("a", "mag_cabin_nt"): Line("ab" * 8, -12.5, (45000.123457, -0.25)),
-        ("a", "leg"): Line("cd" * 8, 3.0, (1.0, 2.0)),
-    }
-    (tmp_path / SAMPLES).write_text(samples.to_text(kept))
-    assert samples.read(tmp_path / SAMPLES) == kept
-
-
-def test_statistics_against_numpy(tmp_path):
-    rng = np.random.default_rng(3)
-    parts = [4.0e4 + rng.standard_normal(n) for n in (50, 70)]
-    found = statistics.of_values(parts)
-    values = np.concatenate(parts)
-    assert found.rows == 120
-    expected = [values.min(), values.max(), values.mean(), values.std()]
-    assert [found.least, found.largest, found.mean, found.std] == pytest.approx(expected, rel=1e-8)
 
 
 def test_statistics_are_those_of_the_splits(made):

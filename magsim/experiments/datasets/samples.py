@@ -8,9 +8,7 @@ tolerance and of any sign leave with a chance below 1e-7 (Hoeffding). So the row
 single one shows where it is larger than that bound, in nT 0.04 for 4000 rows.
 """
 
-import csv
 import hashlib
-import io
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -122,12 +120,10 @@ def read(path: Path) -> dict[tuple[str, str], Line]:
         If it is no such file.
     """
     out: dict[tuple[str, str], Line] = {}
-    text = io.StringIO(read_bounded(path).decode("utf-8", "replace"))
-    for number, row in enumerate(csv.reader(text), start=1):
-        if number == 1:
-            continue
+    text = read_bounded(path).decode("utf-8", "replace")
+    for number, row in enumerate(text.splitlines()[1:], start=2):
         try:
-            flight, column, digest, total, *values = row
+            flight, column, digest, total, *values = row.split(",")
             columns.role_of(column)
             out[flight, column] = Line(digest, float(total), tuple(float(value) for value in values))
         except (ValueError, KeyError):
