@@ -1,9 +1,13 @@
 """The common form of a benchmark's answer: rows of name, value, unit, goal, holds."""
 
+import argparse
+import importlib
 import json
+import pkgutil
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from types import ModuleType
 
 
 @dataclass(frozen=True)
@@ -55,3 +59,20 @@ def finish(rows: Sequence[Row], *, as_json: bool) -> None:
             verdict = "" if not row.goal else f"   goal {row.goal}: {'holds' if row.holds else 'MISSED'}"
             sys.stdout.write(f"{row.name:<{width}}  {row.value:12.5g} {row.unit}{verdict}\n")
     sys.exit(0 if all(row.holds for row in rows) else 1)
+
+
+def collect(package: ModuleType, description: str | None) -> None:
+    """Command of a package of subjects: the rows of every module, or of those that are named."""
+    subjects = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else")
+    parser.add_argument("--only", default=",".join(subjects), help=f"subjects by comma: {', '.join(subjects)}")
+    arguments = parser.parse_args()
+    asked = arguments.only.split(",")
+    unknown = sorted(set(asked) - set(subjects))
+    if unknown:
+        parser.error(f"no subject is called {', '.join(unknown)}; allowed: {', '.join(subjects)}")
+    rows = []
+    for subject in asked:
+        rows += importlib.import_module(f"{package.__name__}.{subject}").rows()
+    finish(rows, as_json=arguments.json)

@@ -1,10 +1,10 @@
 """From the scenario's tow and the bird's file to a line, and whether it can be flown."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from magsim.aircraft import Aircraft, Bird
 from magsim.earth.atmosphere import standard_density
@@ -128,10 +128,15 @@ def equilibrium(tow: Tow, bird: Bird, speed_mps: float, density: float) -> Stead
         )
         raise RequestError(msg)
     what = "lifts off" if not found.upright else f"trails {math.degrees(found.trail):.0f} deg behind the hook"
+    ways = (
+        _heavier(tow, bird, speed_mps, density),
+        _slower(line, bird, speed_mps, density),
+        "a shorter or thinner rope",
+    )
     msg = (
         f"tow.body.mass_kg: {line.body.mass_kg:g} kg are too light for their drag and that of the rope: at "
         f"{speed_mps:.4g} m/s the bird {what}; allowed: up to {math.degrees(MOST_TRAIL):.0f} deg, that is "
-        f"{_least_mass(tow, bird, speed_mps, density)}, or up to {_most_speed(line, speed_mps, density):.1f} m/s"
+        f"{', or '.join(way for way in ways if way)}"
     )
     raise RequestError(msg)
 
@@ -162,24 +167,36 @@ def _steady_rope(line: Line, speed_mps: float, density: float) -> str:
     return ""
 
 
-def _least_mass(tow: Tow, bird: Bird, speed_mps: float, density: float) -> str:
-    """The mass from which on a bird hangs, in words."""
+def _flies(line: Line, speed_mps: float, density: float) -> bool:
+    """Whether a line hangs under a carrier and does not swing up by itself."""
+    found = steady(line, speed_mps, density)
+    if found is None or not hangs(found):
+        return False
+    return modes(line, found, speed_mps, density)[0].growth_ps <= MOST_GROWTH_PS
 
-    def over(mass: float) -> float:
-        found = steady(line_of(tow, bird, mass), speed_mps, density)
-        return -1.0 if found is None or not found.upright else MOST_TRAIL - found.trail
 
+def _heavier(tow: Tow, bird: Bird, speed_mps: float, density: float) -> str:
+    """The mass from which on a bird can be towed, in words; nothing where there is none."""
     light = line_of(tow, bird).body.mass_kg
-    if over(HEAVIEST_KG) <= 0.0:
-        return "a shorter or thinner rope"
-    return f"at least {math.ceil(10.0 * brentq(over, light, HEAVIEST_KG, xtol=0.01)) / 10.0:g} kg"
+    masses = np.geomspace(light, HEAVIEST_KG, 40)
+    least = _edge(lambda mass: _flies(line_of(tow, bird, mass), speed_mps, density), masses)
+    return "" if least is None else f"at least {math.ceil(10.0 * least) / 10.0:g} kg"
 
 
-def _most_speed(line: Line, speed_mps: float, density: float) -> float:
-    """The speed up to which a line hangs [m/s], rounded down to a tenth."""
+def _slower(line: Line, bird: Bird, speed_mps: float, density: float) -> str:
+    """The speed up to which a line can be towed, in words; nothing where the bird's model knows none."""
+    speeds = np.linspace(speed_mps, min(speed_mps, bird.facts.limits.speed_mps[0]), 40)
+    most = _edge(lambda speed: _flies(line, speed, density), speeds)
+    return "" if most is None else f"up to {math.floor(10.0 * most) / 10.0:.1f} m/s"
 
-    def over(speed: float) -> float:
-        found = steady(line, speed, density)
-        return -1.0 if found is None or not found.upright else MOST_TRAIL - found.trail
 
-    return math.floor(10.0 * brentq(over, 0.1, speed_mps, xtol=0.01)) / 10.0
+def _edge(holds: Callable[[float], bool], values: np.ndarray) -> float | None:
+    """Where something first holds on the way along some values, the first of which does not; None if nowhere."""
+    good = next((k for k in range(1, len(values)) if holds(values[k])), None)
+    if good is None:
+        return None
+    low, high = float(values[good - 1]), float(values[good])
+    while abs(high - low) > 1e-3:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high

@@ -13,9 +13,6 @@ from magsim.units import G0
 PITCHES = np.radians(np.arange(-80.0, 81.0, 4.0))
 """Where the pitch of a body in equilibrium is looked for."""
 
-ROUNDS = 300
-"""Of the iteration for the direction of a link; its error falls by about the ratio of drag to pull in each."""
-
 
 class Steady(NamedTuple):
     """An equilibrium in the vertical plane of the tow: x along the motion through the air, z down.
@@ -101,18 +98,25 @@ class _Case:
         return normal * across_x + tangential * x, normal * across_z + tangential * z
 
     def _pull(self, load_x: float, load_z: float) -> tuple[float, float, float]:
-        """Direction and tension of the link that holds a load and half of its own drag."""
-        pull = math.hypot(load_x, load_z)
-        x, z = load_x / pull, load_z / pull
-        for _ in range(ROUNDS):
-            drag_x, drag_z = self._drag(x, z)
-            sum_x, sum_z = load_x + 0.5 * drag_x, load_z + 0.5 * drag_z
-            pull = math.hypot(sum_x, sum_z)
-            step = abs(sum_x / pull - x) + abs(sum_z / pull - z)
-            x, z = sum_x / pull, sum_z / pull
-            if step < 1e-16:
-                break
-        return x, z, pull
+        """Direction and tension of the link that holds a load and half of its own drag.
+
+        The drag turns it from the direction of the load towards that of the flow: it is looked for between both.
+        """
+
+        def held(angle: float) -> tuple[float, float]:
+            drag_x, drag_z = self._drag(-math.sin(angle), math.cos(angle))
+            return load_x + 0.5 * drag_x, load_z + 0.5 * drag_z
+
+        def aside(angle: float) -> float:
+            held_x, held_z = held(angle)
+            return math.cos(angle) * held_x + math.sin(angle) * held_z
+
+        angle, flow = math.atan2(-load_x, load_z), 0.5 * math.pi
+        if aside(angle) * aside(flow) < 0.0:
+            angle = brentq(aside, angle, flow, xtol=1e-16, rtol=1e-15)
+        held_x, held_z = held(angle)
+        pull = math.hypot(held_x, held_z)
+        return held_x / pull, held_z / pull, pull
 
     def _air(self, pitch: float) -> tuple[float, float, float]:
         """Force of the air on the body in the plane, and its moment about the right-hand axis."""

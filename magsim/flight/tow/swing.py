@@ -105,7 +105,7 @@ def swing(
     Returns
     -------
     list of Swing
-        One for each line. A flight that goes slack or whose numbers are lost ends there, with rows that are NaN.
+        One for each line. A flight whose numbers are lost ends there, with rows that are NaN.
     """
     out = []
     for number, flight in enumerate(zip(lines, states, drives, duration_s, strict=True)):

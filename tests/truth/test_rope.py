@@ -1,0 +1,177 @@
+"""The chain against a dense system with multipliers, a continuous rope, closed forms of pendulums, and Foucault."""
+
+import math
+
+import numpy as np
+import pytest
+
+from magsim.flight.tow import chain
+from magsim.flight.tow.line import Body, Line, ball
+from magsim.flight.tow.steady import steady
+from magsim.streams import stream
+from magsim.units import G0
+from tests.benchmarks.tow_rows.steady import trail_flown
+from tests.benchmarks.tow_rows.steps import apart, is_stable, swayed
+from tests.benchmarks.tow_rows.swings import (
+    DECAY,
+    DECAY_MPS,
+    decays,
+    energy_drift,
+    foucault_error_pct,
+    link_error_m,
+    pendulum_s,
+)
+from tests.tows import at_rest, level, states, tilted
+from tests.truth.ropes import (
+    AIR,
+    BIRD,
+    ROPE,
+    all_nodes,
+    bird_line,
+    body_loads,
+    compound_period,
+    continuous_trail,
+    dense,
+    flexible_period,
+    lengths_m,
+    link_drag,
+    masses,
+    parts_of,
+    point_line,
+)
+
+
+def any_state(line: Line, rng: np.random.Generator) -> np.ndarray:
+    """A crooked rope, links that are off their length, everything in motion."""
+    n, link_m = line.links, line.rope.length_m / line.links
+    state, body = rng.normal(size=line.size), 6 * (line.links - 1)
+    nodes = np.cumsum([0.0, 0.0, link_m] + 0.3 * link_m * rng.normal(size=(n, 3)), axis=0)
+    state[: body // 2], state[body : body + 3] = nodes[:-1].ravel(), nodes[-1]
+    state[body // 2 : body] *= 5.0
+    state[body + 3 : body + 6] *= 5.0
+    state[body + 9 :] /= np.linalg.norm(state[body + 9 :])
+    return state
+
+
+def any_air(rng: np.random.Generator) -> np.ndarray:
+    """Apparent gravity and winds of any direction."""
+    return np.concatenate([[0.0, 0.0, G0] + 2.0 * rng.normal(size=3), 20.0 * rng.normal(size=6), [AIR]])
+
+
+def slope_of(line: Line, state: np.ndarray, air: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    slope, tension = np.empty(line.size), np.empty(line.links)
+    chain.found(line.numbers, state, air, slope, tension)
+    return slope, tension
+
+
+@pytest.mark.parametrize("body", [BIRD, ball(20.0, 0.03)], ids=["bird", "ball"])
+@pytest.mark.parametrize("spin", [0.0, 0.1])
+def test_accelerations_and_tensions_are_those_of_newton_euler_with_multipliers(body: Body, spin: float) -> None:
+    rng = stream(5, f"rope/{spin}/{body.mass_kg}")
+    for links in (2, 3, 6, 10, 13):
+        line = Line(ROPE, body, links, tuple(spin * rng.normal(size=3)))
+        state, air = any_state(line, rng), any_air(rng)
+        slope, tension = slope_of(line, state, air)
+        acceleration, pulls = dense(line, state, air, chain.GAMMA)
+        first = 6 * (links - 1)
+        found = np.concatenate([slope[first // 2 : first], slope[first + 3 : first + 9]])
+        np.testing.assert_allclose(found, acceleration, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(tension, pulls, rtol=0.0, atol=1e-8)
+        # places change by the velocities, the attitude by the rate: q' = q (0, rate) / 2
+        np.testing.assert_array_equal(slope[: first // 2], state[first // 2 : first])
+        np.testing.assert_array_equal(slope[first : first + 3], state[first + 3 : first + 6])
+        w, v, rate = state[first + 9], state[first + 10 :], state[first + 6 : first + 9]
+        turned = 0.5 * np.concatenate([[-v @ rate], w * rate + np.cross(v, rate)])
+        np.testing.assert_allclose(slope[first + 9 :], turned, atol=1e-14)
+
+
+def test_pull_on_the_hook_is_what_accelerates_everything() -> None:
+    """All forces from outside less the change of all momentum, for any state."""
+    rng = stream(6, "rope/pull")
+    for body in (BIRD, ball(20.0, 0.03)):
+        line = Line(ROPE, body, 7)
+        state, air = any_state(line, rng), any_air(rng)
+        parts, (link_kg, body_kg) = parts_of(line, state), masses(line)
+        acceleration, _ = dense(line, state, air, chain.GAMMA)
+        moved = link_kg * acceleration[:18].reshape(6, 3).sum(axis=0) + body_kg * acceleration[18:21]
+        own, _ = body_loads(body, parts.rot.T @ (air[6:9] - parts.velocity), parts.rate, air[9])
+        drag = sum(link_drag(line, air, i, *all_nodes(line, parts)) for i in range(7))
+        weight = (ROPE.mass_per_m * ROPE.length_m + body.mass_kg) * air[:3]
+        pull = chain.pull_on_hook(line.numbers, state, air)
+        np.testing.assert_allclose(pull, drag + parts.rot @ own + weight - moved, rtol=0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize(("speed_mps", "mass_kg"), [(25.0, 80.0), (70.0, 80.0), (25.0, 20.0), (70.0, 20.0)])
+def test_trail_is_that_of_a_continuous_rope(speed_mps: float, mass_kg: float) -> None:
+    line, exact = point_line(mass_kg), continuous_trail(ROPE, mass_kg, 0.06, speed_mps)
+    found = steady(line, speed_mps, AIR)
+    assert found is not None
+    assert math.degrees(found.trail) == pytest.approx(math.degrees(exact), abs=0.05)
+    # let go off its shape it comes back to it
+    pushed = tilted(line, tilted(line, at_rest(line, speed_mps), 0.03), 0.03, "y")
+    flown = trail_flown(line, pushed, speed_mps, 400.0)
+    assert math.degrees(flown) == pytest.approx(math.degrees(exact), abs=0.05)
+
+
+def test_trail_comes_closer_to_the_continuous_rope_with_the_square_of_the_links() -> None:
+    exact = continuous_trail(ROPE, 20.0, 0.06, 70.0)
+    found = [steady(point_line(20.0, links=links), 70.0, AIR) for links in (5, 10, 20, 40)]
+    errors = [abs(one.trail - exact) for one in found if one is not None]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 2.0, atol=0.2)
+
+
+def test_small_swing_is_that_of_a_rope_that_bends() -> None:
+    """Within 0.3 % of the compound pendulum; and 1 / N^2 from the Bessel functions of a rope that bends."""
+    assert pendulum_s(point_line()) == pytest.approx(compound_period(ROPE, 80.0), rel=3e-3)
+    errors = [pendulum_s(point_line(20.0, links=links)) / flexible_period(ROPE, 20.0) - 1.0 for links in (3, 6, 12)]
+    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.02)
+    assert errors[-1] < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("body", "number", "told"),
+    [(body, k, told) for body, table in DECAY.items() for k, told in enumerate(table) if k in {0, 2, 4}],
+)
+def test_swing_to_the_side_dies_away(body: tuple[float, float], number: int, told: tuple[float, float]) -> None:
+    """Period and damping of another code, whose rope stretches, to one unit of their last digits."""
+    period, damping = decays(*body, DECAY_MPS[number])
+    assert period == pytest.approx(told[0], abs=0.01)
+    assert damping == pytest.approx(told[1], abs=0.001)
+
+
+@pytest.mark.parametrize("line", [bird_line(), point_line()], ids=["bird", "ball"])
+def test_links_keep_their_length_and_swings_their_energy(line: Line) -> None:
+    assert link_error_m(line) < 1e-6
+    assert energy_drift(line) < 1e-4
+
+
+def test_error_of_a_link_dies_away_as_baumgarte_says() -> None:
+    line = point_line(links=4)
+    state = at_rest(line, 1.0, 0.0)
+    state[8] += 1e-4
+    time, rows, _ = states(line, state, level(0.0, 0.0), seconds=1.0, step_hz=240, log_hz=30)
+    left = np.array([lengths_m(line, row) - 7.5 for row in rows])
+    dying = 1e-4 * (1.0 + chain.GAMMA * time) * np.exp(-chain.GAMMA * time)
+    np.testing.assert_allclose(left, dying[:, None] * [0.0, 0.0, 1.0, -1.0], atol=1e-9)
+
+
+def test_steps_converge_with_the_fourth_order() -> None:
+    finest = swayed(10, 480)
+    errors = [apart(swayed(10, step_hz), finest)[1] for step_hz in (60, 120)]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.3)
+    assert errors[0] < 0.001
+
+
+@pytest.mark.parametrize(("links", "step_hz"), [(5, 20), (10, 30), (20, 60)])
+def test_steps_are_stable_up_to_the_tension_that_is_said(links: int, step_hz: int) -> None:
+    assert point_line(links=links).stable_tension_n(step_hz) == pytest.approx(
+        2.0 * 0.12 * (30.0 / links * step_hz) ** 2, rel=1e-14
+    )
+    assert is_stable(links, step_hz, 0.8)
+    assert not is_stable(links, step_hz, 1.3)
+
+
+def test_plane_of_a_swing_at_the_pole_turns_against_the_earth() -> None:
+    """Foucault: the fixed star's plane, clockwise from above, once in a sidereal day."""
+    assert foucault_error_pct() < 1.0
