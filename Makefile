@@ -1,6 +1,7 @@
 # make demo   from a scenario to a scored compensation, with figures, into demo/
 # make test   lint, import contracts, all tests
 # make lint   the first two alone
+# make datasets   build every data set into data/ and renew its manifest
 #
 # Each sets up .venv first, and again when pyproject.toml changes. Needed: Python 3.11, 3.12 or 3.13, and make.
 
@@ -16,7 +17,7 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3 python;
 
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test lint environment
+.PHONY: help demo test lint datasets environment
 
 help:
 	@sed -n 's/^# \(make .*\)/\1/p' Makefile
@@ -31,6 +32,11 @@ lint: $(STAMP)
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/lint-imports
+
+datasets: $(STAMP)
+	for recipe in datasets/*/recipe.toml; do \
+		$(VENV)/bin/magsim dataset build "$$(basename "$$(dirname "$$recipe")")" --renew --force || exit 1; \
+	done
 
 environment: $(STAMP)
 

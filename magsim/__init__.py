@@ -49,6 +49,7 @@ from importlib import import_module
 __version__ = "0.1.0"
 
 _EXPORTS = {
+    "Dataset": "magsim.dataset",
     "Recording": "magsim.recording",
     "Scenario": "magsim.scenario",
     "load_scenario": "magsim.scenario",
@@ -63,6 +64,7 @@ _EXPORTS = {
 __all__ = [
     "Aircraft",
     "Compensator",
+    "Dataset",
     "Recording",
     "Scenario",
     "TollesLawson",

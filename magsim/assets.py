@@ -127,6 +127,40 @@ def scenario_path(name_or_path: str | Path) -> Path:
     raise RequestError(msg)
 
 
+def list_datasets() -> tuple[str, ...]:
+    """Names of the shipped data sets, sorted: folders of ``datasets`` with a recipe."""
+    return tuple(sorted(path.parent.name for path in (ROOT / "datasets").glob("*/recipe.toml")))
+
+
+def dataset_dir(name_or_path: str | Path) -> Path:
+    """Folder of a data set's recipe: the name of a shipped one, or the path of one's own.
+
+    Text with a slash in it is a path, such as ``./mine``; without one it is a name. A ``Path`` is a path.
+
+    Raises
+    ------
+    RequestError
+        If there is none; the message lists the names.
+    """
+    known = list_datasets()
+    own = isinstance(name_or_path, Path) or any(slash in name_or_path for slash in {"/", os.sep})
+    if not own and name_or_path in known:
+        return ROOT / "datasets" / name_or_path
+    if own:
+        # a path that is too long or holds a zero byte is not there
+        with suppress(OSError, ValueError):
+            if (Path(name_or_path) / "recipe.toml").is_file():
+                return Path(name_or_path)
+    shown = str(name_or_path)[:200]
+    shown = shown if shown and shown.isprintable() else ascii(shown)
+    what = f"{shown}: there is no such folder with a recipe.toml" if own else f"there is no data set {shown!r}"
+    msg = (
+        f"{what}; allowed: {', '.join(known)}, or a folder of your own by its path with a slash, such as ./mine"
+        f"{_hint(shown, known)}"
+    )
+    raise RequestError(msg)
+
+
 def _hint(name: str, known: tuple[str, ...]) -> str:
     close = get_close_matches(name[:100], known, n=1, cutoff=0.5)
     return f" (did you mean '{close[0]}'?)" if close else ""

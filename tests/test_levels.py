@@ -3,12 +3,16 @@
 The whole of them, with networks and speed, is printed by the commands in ``tests/benchmarks``.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from magsim import columns, metrics, signals
+from magsim import assets, columns, metrics, signals
 from magsim.compensation import TollesLawson
 from magsim.compensation.ridge import fit_ridge
+from magsim.experiments.datasets import samples
+from magsim.experiments.datasets.compare import Reference
 from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.scenario import load_scenario
@@ -127,3 +131,18 @@ def test_a_ridge_on_the_label_finds_nothing_in_the_noise(calibration):
     band = signals.band_pass(error, calibration.rate_hz)
     left = band - matrix @ fit_ridge(matrix, band).coefficients
     assert left.std() > 0.99 * band.std()
+
+
+def test_the_calibration_flight_is_that_of_its_data_set_within_a_ten_thousandth_of_a_nanotesla(calibration):
+    """What ``magsim dataset build c208b_calibration`` finds on any machine; ``--renew`` makes the samples anew."""
+    reference = Reference.read(assets.dataset_dir("c208b_calibration"))
+    (flight,) = reference.manifest.flights.values()
+    assert len(calibration) == flight.rows
+    now = dict(samples.take(replace(calibration, name=flight.name), reference.count))
+    assert now.keys() == reference.samples.keys()
+    for (_, column), line in now.items():
+        wanted = reference.samples[flight.name, column]
+        pairs = zip(line.values, wanted.values, strict=True)
+        assert max(samples.distance(column, *pair) for pair in pairs) <= samples.tolerance(column), column
+        total = samples.distance(column, line.total, wanted.total)
+        assert total <= samples.sum_tolerance(column, flight.rows), column

@@ -24,6 +24,7 @@ COMMANDS = {
     "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
     "map": ("magsim.cli.map:map_", "Predict where on an aircraft a magnetometer is quiet."),
     "verify": ("magsim.cli.verify:verify", "Check a recording file in every byte."),
+    "dataset": ("magsim.cli.dataset:dataset", "Build and check data sets."),
     "schema": ("magsim.cli.schema:schema", "Print the JSON schema of scenario files."),
 }
 """Commands by name: where each is, and what it does."""

@@ -2,5 +2,6 @@
 
 from magsim.storage.atomic import atomic_write, check_target
 from magsim.storage.cache import cache_folder, cached
+from magsim.storage.folder import atomic_folder, check_folder_target
 
-__all__ = ["atomic_write", "cache_folder", "cached", "check_target"]
+__all__ = ["atomic_folder", "atomic_write", "cache_folder", "cached", "check_folder_target", "check_target"]

@@ -51,11 +51,11 @@ def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = F
     temporary = _reserve(path)
     try:
         write(temporary)
-        _sync(temporary)
+        sync(temporary)
         _publish(temporary, path, force=force)
-        _sync(path.parent)
+        sync(path.parent)
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -70,7 +70,7 @@ def _refuse_taken(path: Path, *, force: bool) -> None:
             raise RequestError(msg) from None
         return
     except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from None
+        raise cannot_write(path, error) from None
     if S_ISDIR(mode):
         msg = f"cannot write {path}: it is a folder; give the name of a file"
     elif not S_ISREG(mode):
@@ -88,7 +88,7 @@ def _reserve(path: Path) -> Path:
     try:
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from None
+        raise cannot_write(path, error) from None
     return temporary
 
 
@@ -106,7 +106,7 @@ def _publish(temporary: Path, path: Path, *, force: bool) -> None:
     temporary.replace(path)
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
     """Bring a file or a folder to the disk, where the system can."""
     try:
         handle = os.open(path, os.O_RDONLY)
@@ -119,6 +119,7 @@ def _sync(path: Path) -> None:
         os.close(handle)
 
 
-def _cannot_write(path: Path, error: Exception) -> RequestError:
+def cannot_write(path: Path, error: Exception) -> RequestError:
+    """The one line that tells why a path cannot be written to."""
     reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
     return RequestError(f"cannot write {path}: {reason}")

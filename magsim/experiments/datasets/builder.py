@@ -1,0 +1,196 @@
+"""Building a data set: fly its recipe, write its files, and hold them against its manifest."""
+
+import hashlib
+import shutil
+from collections.abc import Callable, Iterator
+from itertools import groupby
+from pathlib import Path
+
+from magsim import assets
+from magsim.dataset import MANIFEST, Manifest, read_manifest
+from magsim.errors import DataError, MagsimError, RequestError
+from magsim.experiments.datasets import samples, statistics
+from magsim.experiments.datasets.card import CARD, card
+from magsim.experiments.datasets.compare import Reference, Verdict, compare, reference_of
+from magsim.experiments.datasets.croissant import CROISSANT, croissant
+from magsim.experiments.datasets.fly import fly_all
+from magsim.experiments.datasets.machine import fingerprint
+from magsim.experiments.datasets.recipe import LoadedRecipe, Task
+from magsim.experiments.datasets.samples import SAMPLES
+from magsim.experiments.datasets.statistics import STATISTICS, Statistics
+from magsim.experiments.datasets.survey import Survey, survey
+from magsim.recording import Recording, write_recordings
+from magsim.storage import atomic_folder, atomic_write, check_folder_target
+
+DESCRIBING = (MANIFEST, STATISTICS, CARD, CROISSANT)
+"""Files that lie beside the recordings in a folder that was built."""
+
+
+def build(
+    loaded: LoadedRecipe,
+    target: Path,
+    *,
+    jobs: int = 1,
+    force: bool = False,
+    renew: bool = False,
+    say: Callable[[str], None] = lambda _text: None,
+) -> Verdict:
+    """Generate a data set into a folder, whole or not at all.
+
+    Parameters
+    ----------
+    loaded : LoadedRecipe
+    target : Path
+        The folder; what is around it is made.
+    jobs : int
+        Processes that fly; the files do not depend on it.
+    force : bool
+        Replace a data set that is there. A folder with anything else in it is never replaced.
+    renew : bool
+        Write the manifest and all that goes with it into the folder of the recipe, instead of comparing with it.
+    say : callable
+        Told one line for each flight.
+
+    Returns
+    -------
+    Verdict
+        How it agrees with the manifest.
+
+    Raises
+    ------
+    RequestError
+        If it cannot be written, or the recipe's folder is not to be written to.
+    DataError
+        If a flight fails, or what came out is not what the manifest says. Nothing is left then.
+    """
+    target = Path(target).absolute()
+    if renew:
+        check_renewable(loaded.folder)
+    reference = None if renew else reference_of(loaded.name, loaded.folder)
+    if reference is not None:
+        check_recipe(loaded, reference)
+    _check_replaceable(target, force=force)
+    check_folder_target(target, force=force)
+    if reference is not None:
+        _check_space(target, reference.manifest)
+    outcome: list[Verdict] = []
+
+    def write(folder: Path) -> None:
+        _write_files(loaded, folder, jobs, say)
+        count = reference.count if reference else loaded.recipe.samples
+        found = survey(folder, loaded.name, fingerprint(), count)
+        if reference is not None:
+            outcome.append(compare(found, reference))
+        write_describing(loaded, found, folder)
+        if renew:
+            write_describing(loaded, found, loaded.folder)
+            _write(loaded.folder / SAMPLES, samples.to_text(found.samples))
+
+    atomic_folder(target, write, force=force)
+    if outcome:
+        return outcome[0]
+    what = f"its manifest in {loaded.folder} is new" if renew else "there is no manifest to compare with"
+    return Verdict("own", what)
+
+
+def check_renewable(folder: Path) -> None:
+    """Refuse to write into an installed package.
+
+    Raises
+    ------
+    RequestError
+        If the recipe is part of one.
+    """
+    if assets.ROOT.name == "_assets" and folder.resolve().is_relative_to(assets.ROOT.resolve()):
+        msg = f"{folder}: is part of the installed package; --renew is for a checkout, or for a recipe of your own"
+        raise RequestError(msg)
+
+
+def check_recipe(loaded: LoadedRecipe, reference: Reference) -> None:
+    """Refuse a manifest of other flights, before any is flown.
+
+    Raises
+    ------
+    DataError
+        If recipe, scenarios or aircraft were changed since the manifest was made.
+    """
+    files = reference.manifest.files
+    listed = [(entry.name, flight.name, flight.digest) for entry in files for flight in entry.flights]
+    tasks = sorted(loaded.tasks, key=lambda task: task.shard)
+    now = [(f"{task.shard}.h5", task.name, task.digest) for task in tasks]
+    if listed != now:
+        odd = next((one for one in now if one not in listed), None) or next(one for one in listed if one not in now)
+        msg = (
+            f"{reference.path}: was made from another recipe, scenario or aircraft than those of now "
+            f"(flight {odd[1]}); magsim dataset build {loaded.folder} --renew makes it anew"
+        )
+        raise DataError(msg)
+
+
+def _check_replaceable(target: Path, *, force: bool) -> None:
+    """With force, only what a build wrote may be replaced."""
+    if not force or not target.is_dir():
+        return
+    present = sorted(path.name for path in target.iterdir())
+    listed: set[str] = set()
+    if MANIFEST in present:
+        try:
+            listed = {entry.name for entry in read_manifest(target / MANIFEST).files}
+        except MagsimError:
+            listed = set()
+    foreign = [name for name in present if name not in {*listed, *DESCRIBING}]
+    if foreign:
+        shown = ", ".join(foreign[:5]) + (", ..." if len(foreign) > 5 else "")
+        msg = f"{target} holds files that no build of a data set wrote: {shown}; move them away, or give another folder"
+        raise RequestError(msg)
+
+
+def _check_space(target: Path, manifest: Manifest) -> None:
+    needed, free = manifest.size, shutil.disk_usage(target.parent).free
+    if free < needed:
+        msg = f"cannot write {target}: it needs {needed / 1e6:.1f} MB, and {free / 1e6:.1f} MB are free"
+        raise RequestError(msg)
+
+
+def _write_files(loaded: LoadedRecipe, folder: Path, jobs: int, say: Callable[[str], None]) -> None:
+    """Every file of the recipe, its flights written as they come."""
+    flown = _told(loaded.tasks, jobs, say)
+    for shard, tasks in groupby(loaded.tasks, key=lambda task: task.shard):
+        count = len(list(tasks))
+        write_recordings(folder / f"{shard}.h5", (next(flown) for _ in range(count)))
+
+
+def _told(tasks: tuple[Task, ...], jobs: int, say: Callable[[str], None]) -> Iterator[Recording]:
+    """Recordings with a line about each."""
+    for number, (task, recording) in enumerate(zip(tasks, fly_all(tasks, jobs), strict=True), start=1):
+        splits = {word for word in ("train", "valid", "test") if recording.mask(split=word).any()}
+        if splits != task.splits:
+            msg = (
+                f"flight {task.name}: its rows have the splits {', '.join(sorted(splits))}; the recipe says "
+                f"{', '.join(sorted(task.splits))} (recording.train_circuits and valid_legs of the scenario decide)"
+            )
+            raise DataError(msg)
+        say(f"{number}/{len(tasks)} {task.name}: {len(recording)} rows, {recording.time_s[-1]:.0f} s of flight")
+        yield recording
+
+
+def describe(loaded: LoadedRecipe, manifest: Manifest, table: Statistics) -> dict[str, str]:
+    """Texts of the files that describe a data set, by name: a pure function of recipe, manifest and statistics."""
+    told = statistics.to_text(table)
+    digest = hashlib.sha256(told.encode()).hexdigest()
+    return {
+        MANIFEST: manifest.to_json(),
+        STATISTICS: told,
+        CARD: card(loaded, manifest, table),
+        CROISSANT: croissant(loaded, manifest, table, digest),
+    }
+
+
+def write_describing(loaded: LoadedRecipe, found: Survey, folder: Path) -> None:
+    """Write manifest, statistics, card and Croissant metadata into a folder."""
+    for name, text in describe(loaded, found.manifest, found.statistics).items():
+        _write(folder / name, text)
+
+
+def _write(path: Path, text: str) -> None:
+    atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)

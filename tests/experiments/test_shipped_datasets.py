@@ -1,0 +1,121 @@
+"""The shipped data sets: what is written beside their recipes is theirs, and of now."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+
+from magsim import assets, columns
+from magsim.cli import main
+from magsim.dataset import MANIFEST, read_manifest
+from magsim.experiments.datasets import load_recipe, statistics
+from magsim.experiments.datasets.builder import check_recipe, describe
+from magsim.experiments.datasets.compare import Reference
+from magsim.experiments.datasets.samples import SAMPLES
+from magsim.experiments.datasets.statistics import STATISTICS
+from magsim.scenario import load_scenario
+
+RENEW = "run: magsim dataset build {} --renew --force"
+
+NAMES = ("c208b_calibration", "ladder_small")
+
+
+def test_they_are_listed(capsys):
+    assert assets.list_datasets() == NAMES
+    assert main(["dataset", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].split() == ["name", "MB", "files", "flights", "title"]
+    assert [line.split()[0] for line in lines[2:]] == list(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_manifests_are_of_the_recipes_scenarios_and_aircraft_of_now(name):
+    loaded = load_recipe(name)
+    reference = Reference.read(loaded.folder)
+    check_recipe(loaded, reference)
+    assert (loaded.folder / SAMPLES).stat().st_size < 300_000
+    for flight in reference.manifest.flights.values():
+        assert sum(flight.splits.values()) == flight.rows
+    for task in loaded.tasks:
+        assert set(reference.manifest.flights[task.name].splits) == task.splits
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_written_from_recipe_and_manifest_is_what_lies_there(name):
+    loaded = load_recipe(name)
+    manifest, table = read_manifest(loaded.folder / MANIFEST), statistics.read(loaded.folder / STATISTICS)
+    for file, text in describe(loaded, manifest, table).items():
+        assert (loaded.folder / file).read_text(encoding="utf-8") == text, f"{file}: {RENEW.format(name)}"
+    card = (loaded.folder / "README.md").read_text(encoding="utf-8")
+    assert "license: cc-by-4.0" in card
+    assert "Creative Commons Attribution 4.0 International" in card
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_manifest_tells_kinds_of_machines_and_nothing_private(name):
+    manifest = read_manifest(assets.dataset_dir(name) / MANIFEST)
+    assert set(manifest.made_on) == {
+        *("magsim", "system", "processor", "processor_features", "blas", "libc", "python", "hdf5"),
+        *("numpy", "scipy", "jsbsim", "h5py", "pydantic", "trimesh"),
+    }
+    assert not any("/" in value for value in manifest.made_on.values())
+
+
+def test_levels_are_level_0_with_one_group_more_and_level_6_is_all():
+    shards = {shard.name: set(shard.set_) for shard in load_recipe("ladder_small").recipe.shards}
+    assert list(shards) == [f"level_{i}" for i in range(7)]
+    assert shards["level_0"] == set()
+    groups = [shards[f"level_{i}"] for i in range(1, 6)]
+    assert all(groups)
+    assert sum(map(len, groups)) == len(set().union(*groups))
+    assert shards["level_6"] == set().union(*groups)
+
+
+def test_training_and_test_flights_of_the_ladder_are_in_one_world():
+    folder = assets.dataset_dir("ladder_small")
+    train, test = (load_scenario(folder / f"{name}.toml").scenario for name in ("train", "test"))
+    assert (train.field, train.sensors, train.aircraft) == (test.field, test.sensors, test.aircraft)
+    assert (train.start.lat_deg, train.start.lon_deg, train.start.alt_m) == (
+        test.start.lat_deg,
+        test.start.lon_deg,
+        test.start.alt_m,
+    )
+    assert train.seed != test.seed
+    pairs = zip(train.pattern.maneuvers, test.pattern.maneuvers, strict=True)
+    assert all(one.axis == two.axis and one.amplitude_deg != two.amplitude_deg for one, two in pairs)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_croissant_is_read_by_mlcroissant(name):
+    import mlcroissant
+
+    folder = assets.dataset_dir(name)
+    manifest = read_manifest(folder / MANIFEST)
+    dataset = mlcroissant.Dataset(jsonld=folder / "croissant.json")
+    metadata = dataset.metadata
+    assert not metadata.issues.errors
+    assert not metadata.issues.warnings
+    assert metadata.name == name
+    files = {item.id: item.sha256 for item in metadata.distribution if getattr(item, "sha256", None)}
+    digest = hashlib.sha256((folder / STATISTICS).read_bytes()).hexdigest()
+    assert files == {entry.name: entry.sha256 for entry in manifest.files} | {STATISTICS: digest}
+    splits = {record["splits/name"]: record["splits/code"] for record in dataset.records("splits")}
+    assert splits == {word: code for code, word in columns.SPLITS.items()}
+    told = {record["flights/name"]: record["flights/test_rows"] for record in dataset.records("flights")}
+    assert told == {flight.name: flight.splits.get("test", 0) for flight in manifest.flights.values()}
+    (rows,) = (record_set for record_set in metadata.record_sets if record_set.id == "rows")
+    fields = {field.name for field in rows.fields}
+    assert fields == {columns.TIME, *(column for _, _, column in statistics.read(folder / STATISTICS))}
+    record = next(iter(dataset.records("statistics")))
+    assert record["statistics/column"] == b"mag_cabin_nt"
+    assert np.isfinite(record["statistics/std"])
+
+
+def test_croissant_has_the_properties_that_its_specification_requires():
+    text = (assets.dataset_dir("ladder_small") / "croissant.json").read_text(encoding="utf-8")
+    whole = json.loads(text)
+    required = {"@context", "@type", "conformsTo", "name", "description", "license", "url", "creator", "datePublished"}
+    assert required <= set(whole)
+    assert whole["conformsTo"] == "http://mlcommons.org/croissant/1.0"
+    assert "CC-BY-4.0" in whole["license"]
