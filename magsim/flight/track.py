@@ -62,8 +62,8 @@ def fly_track(
     if duration < LEAST_S and scenario.tow is not None:
         spare = time[-1] - after_s - LEAST_S + scenario.tow.settle_s
         msg = (
-            f"tow.settle_s: the track lasts {time[-1] + before_s:.0f} s, which leaves {max(duration, 0.0):.0f} s of rows "
-            f"after a bird has settled for {scenario.tow.settle_s:g} s; allowed: up to {max(0.0, spare):.0f}"
+            f"tow.settle_s: the track lasts {time[-1] + before_s:.0f} s, which leaves {max(duration, 0.0):.0f} s of "
+            f"rows after a bird has settled for {scenario.tow.settle_s:g} s; allowed: up to {max(0.0, spare):.0f}"
         )
         raise RequestError(msg)
     surfaces = {name: track[name] for name in SURFACES if name in track}

@@ -18,8 +18,11 @@ if TYPE_CHECKING:
 LEAST_LINK_M = 0.25
 """Shortest link of a rope: below it the steps of the chain become too many."""
 
-WHIP_G = 0.5
-"""Vertical swing of the hook, amplitude over g, beyond which a rope is whipped: tests/benchmarks/tow_accuracy.py."""
+WHIP_G = 0.35
+"""Vertical swing of the hook, amplitude over g, up to which no rope takes three times its steady tension.
+
+A bowed rope snaps tight well before it goes slack, which it does from 0.65 g on: tests/benchmarks/tow_accuracy.py.
+"""
 
 
 class TowRope(Strict):

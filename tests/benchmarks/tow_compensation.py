@@ -3,9 +3,9 @@
     python tests/benchmarks/tow_compensation.py                 three seeds: sways, gusts and noise of their own
     python tests/benchmarks/tow_compensation.py --seeds 8 --markdown
 
-prints, for no compensation, Tolles-Lawson with 16 terms, the same with the height (N = 0) and with Taylor terms up to order N, the
-paper's improvement ratio after a high-pass at 0.03 Hz and the one in band against truth, whole and by heading: means over the
-seeds with their standard deviations. The ground is the same for all; one seed ranks nothing.
+prints, for no compensation, Tolles-Lawson with 16 terms, the same with the height (N = 0) and with Taylor terms up to
+order N, the paper's improvement ratio after a high-pass at 0.03 Hz and the one in band against truth, whole and by
+heading: means over the seeds with their standard deviations. The ground is the same for all; one seed ranks nothing.
 """
 
 import argparse

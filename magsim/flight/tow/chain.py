@@ -3,7 +3,8 @@
 Nodes 0 to N, links 1 to N. Node 0 is the tow point, whose motion is given; nodes 1 to N - 1 carry the mass of a link;
 node N is the bridle of the body. Places and velocities are counted from the tow point, along axes that do not turn
 with the carrier: there gravity is the *apparent* one, gravity less the acceleration of the tow point. With Earth-fixed
-axes a flight is followed over the round Earth, and ``Numbers.spin`` is the Earth's.
+axes a flight is followed over the round Earth, and ``Numbers.spin`` is the Earth's; what it does to the body's own
+rotation, below 1e-4 rad/s^2, is left out.
 
 The tensions follow from the condition that no link changes its length: a symmetric, positive definite, tridiagonal
 system. Baumgarte's terms let what the steps leave of a link's error die away. The drag of a link acts at its mean
@@ -286,19 +287,3 @@ def nodes_of(line: Line, state: np.ndarray) -> np.ndarray:
     place, velocity = np.empty((line.links + 1, 3)), np.empty((line.links + 1, 3))
     ends(line.numbers, state, place, velocity)
     return place
-
-
-def stretch_m(line: Line, state: np.ndarray) -> float:
-    """Largest error of a link's length [m]."""
-    links = np.diff(nodes_of(line, state), axis=0)
-    return float(np.abs(np.sqrt(np.einsum("ni,ni->n", links, links)) - line.numbers.link_m).max())
-
-
-def energy_j(line: Line, state: np.ndarray, gravity: np.ndarray) -> float:
-    """Kinetic energy and that of the height in a gravity (3,) that is constant [J]."""
-    numbers, body = line.numbers, 6 * (line.links - 1)
-    nodes, velocities = state[: body // 2].reshape(-1, 3), state[body // 2 : body].reshape(-1, 3)
-    place, velocity, rate = state[body : body + 3], state[body + 3 : body + 6], state[body + 6 : body + 9]
-    kinetic = 0.5 * numbers.link_kg * np.sum(velocities**2) + 0.5 * numbers.body_kg * np.sum(velocity**2)
-    kinetic += 0.5 * np.sum(numbers.inertia * rate**2)
-    return float(kinetic - gravity @ (numbers.link_kg * nodes.sum(axis=0) + numbers.body_kg * place))

@@ -25,7 +25,7 @@ from magsim.scenario import Scenario, Tow
 from magsim.trajectory import Flight, Trajectory
 
 LOG_HZ = 30
-"""Rows of the bird's log: its fastest motion has about one cycle a second."""
+"""Rows of the bird's log: its fastest motion, the roll about its bridle, has 1.6 cycles a second."""
 
 STEPS_HZ = (120, 240, 480, 960, 1920)
 """Steps a second: the first of them that the tension of the rope allows."""

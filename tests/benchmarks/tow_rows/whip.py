@@ -64,7 +64,7 @@ def rows() -> list[Row]:
         at = f"at_{speed:g}_mps"
         out += [
             at_least(f"whip_slack_{at}", slack, "g", WHIP_G),
-            stated(f"whip_triple_tension_{at}", triple, "g"),
+            at_least(f"whip_triple_tension_{at}", triple, "g", WHIP_G),
             *([] if math.isnan(askew) else [stated(f"whip_askew_flow_{at}", askew, "g")]),
             at_least(f"whip_least_tension_at_limit_{at}", least, "N", 0.0),
             stated(f"whip_peak_over_steady_at_limit_{at}", most / calm_n, "1"),
