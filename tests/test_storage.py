@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from magsim.errors import DataError, RequestError
-from magsim.storage import atomic_write, cache_folder, cached, check_target, hdf5
+from magsim.storage import atomic_write, cache_folder, cached, check_target, hdf5, vetting
 
 
 def names(folder: Path) -> list[str]:
@@ -345,10 +345,10 @@ def test_a_broken_seal_is_told(tmp_path):
 def test_a_program_that_crashes_or_hangs_over_a_file_does_so_alone(tmp_path, monkeypatch):
     path = make_file(tmp_path / "x.h5", x=np.ones(3))
     program = tmp_path / "vet.py"
-    monkeypatch.setattr(hdf5, "VET_PROGRAM", program)
+    monkeypatch.setattr(vetting, "VET_PROGRAM", program)
     program.write_text("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     assert "breaks down" in refused(path, lambda _: None)
     program.write_text("import time; time.sleep(60)")
-    monkeypatch.setattr(hdf5, "VET_TIMEOUT_S", 0.3)
+    monkeypatch.setattr(vetting, "VET_TIMEOUT_S", 0.3)
     path = make_file(tmp_path / "x.h5", y=np.ones(3))
     assert "does not come to an end" in refused(path, lambda _: None)
