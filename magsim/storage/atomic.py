@@ -1,13 +1,26 @@
-"""Writing a file whole or not at all."""
+"""Writing a file whole or not at all.
+
+A file is written in a hidden folder of its own beside the target and moved to its place when it is finished. The writer
+holds a lock on that folder, which the system takes from it when it dies, however it dies. So a folder for the same
+target that nobody holds is what a killed writer left, and the next writer of that target removes it. Where the system
+or the file system has no such locks, leftovers stay.
+"""
 
 import contextlib
+import hashlib
 import os
+import re
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 
 from magsim.errors import RequestError
+
+try:
+    import fcntl
+except ImportError:  # no POSIX
+    fcntl = None  # type: ignore[assignment]
 
 
 def check_target(path: Path, *, force: bool = False) -> None:
@@ -26,8 +39,8 @@ def check_target(path: Path, *, force: bool = False) -> None:
         If the folder is missing or cannot be written to, or the path is taken.
     """
     _refuse_taken(path, force=force)
-    with contextlib.suppress(OSError):
-        _reserve(path).unlink()
+    with _reserved(path):
+        pass
 
 
 def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = False) -> None:
@@ -38,7 +51,7 @@ def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = F
     path : Path
         Where the file shall be. Its folder must exist.
     write : callable
-        Writes the file at the path that it is given: a temporary one in the same folder, with the same ending.
+        Writes the file at the path that it is given: one of the same name in a temporary folder beside it.
     force : bool
         Replace an existing file.
 
@@ -48,17 +61,15 @@ def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = F
         If the path is taken and ``force`` is not set, or it cannot be written to. Nothing is left behind.
     """
     _refuse_taken(path, force=force)
-    temporary = _reserve(path)
-    try:
-        write(temporary)
-        _sync(temporary)
-        _publish(temporary, path, force=force)
-        _sync(path.parent)
-    except OSError as error:
-        raise _cannot_write(path, error) from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+    _sweep(path)
+    with _reserved(path) as temporary:
+        try:
+            write(temporary)
+            _sync(temporary)
+            _publish(temporary, path, force=force)
+            _sync(path.parent)
+        except OSError as error:
+            raise _cannot_write(path, error) from error
 
 
 def _refuse_taken(path: Path, *, force: bool) -> None:
@@ -82,14 +93,89 @@ def _refuse_taken(path: Path, *, force: bool) -> None:
     raise RequestError(msg)
 
 
-def _reserve(path: Path) -> Path:
-    """A new empty file beside the path, with the permissions that the final file shall have."""
-    temporary = path.with_name(f".{secrets.token_hex(6)}.part{path.suffix[-20:]}")
+@contextlib.contextmanager
+def _reserved(path: Path) -> Iterator[Path]:
+    """A new empty file of the path's name in a new hidden folder beside it; both are gone in the end.
+
+    The file has the permissions that the final one shall have, and the folder is locked.
+    """
+    folder: Path | None = None
+    handle: int | None = None
     try:
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-    except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from None
-    return temporary
+        try:
+            folder, handle = _new_folder(path)
+            temporary = folder / path.name
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except (OSError, ValueError) as error:
+            raise _cannot_write(path, error) from None
+        yield temporary
+    finally:
+        if folder is not None:
+            _remove(folder, path.name)
+        if handle is not None:
+            os.close(handle)
+
+
+def _new_folder(path: Path) -> tuple[Path, int | None]:
+    """A new folder for the writing of a path, and a handle that holds its lock; None where there are no locks."""
+    while True:
+        folder = path.with_name(f"{_begin(path)}{secrets.token_hex(6)}.part")
+        folder.mkdir()
+        # Until it is locked it looks like a leftover: where another writer was faster to lock it, it is gone.
+        with contextlib.suppress(BlockingIOError):
+            handle = _lock(folder)
+            if folder.is_dir():
+                return folder, handle
+            if handle is not None:
+                os.close(handle)
+
+
+def _begin(path: Path) -> str:
+    """Begin of the names of all folders that a path is written in."""
+    return f".{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:12]}-"
+
+
+def _lock(folder: Path) -> int | None:
+    """Lock a folder; None where that is not possible.
+
+    Raises
+    ------
+    BlockingIOError
+        If somebody else has it.
+    """
+    if fcntl is None:
+        return None
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(handle)
+        if isinstance(error, BlockingIOError):
+            raise
+        return None
+    return handle
+
+
+def _sweep(path: Path) -> None:
+    """Remove what killed writers of this path left."""
+    name = re.compile(re.escape(_begin(path)) + r"[0-9a-f]{12}\.part")
+    with contextlib.suppress(OSError):
+        for folder in [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]:
+            with contextlib.suppress(BlockingIOError):
+                handle = _lock(folder)
+                if handle is not None:
+                    _remove(folder, path.name)
+                    os.close(handle)
+
+
+def _remove(folder: Path, name: str) -> None:
+    """Remove a folder of that kind with its one file; with anything else in it, it stays."""
+    with contextlib.suppress(OSError):
+        (folder / name).unlink(missing_ok=True)
+        folder.rmdir()
 
 
 def _publish(temporary: Path, path: Path, *, force: bool) -> None:

@@ -110,6 +110,7 @@ def test_saved_and_loaded_gives_the_same_bits(fitted, tmp_path):
     np.testing.assert_array_equal(back.interference(test.blind()), method.interference(test.blind()))
     for path in (tmp_path / "a").iterdir():
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+    assert len({path.stat().st_mode for path in (tmp_path / "a").iterdir()}) == 1
 
 
 def test_broken_runs_are_told(tmp_path):

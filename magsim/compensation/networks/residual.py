@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 import torch
 from pydantic import Field
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import nn
 
 from magsim import columns
@@ -299,7 +299,7 @@ class ResidualNetwork(Compensator):
 
     def _save_more(self, folder: Path) -> None:
         tensors = {name: tensor.contiguous() for name, tensor in self._fitted.module.state_dict().items()}
-        atomic_write(folder / WEIGHTS, lambda path: save_file(tensors, path), force=True)
+        atomic_write(folder / WEIGHTS, lambda path: path.write_bytes(save(tensors)), force=True)
 
     def _load_more(self, folder: Path) -> None:
         try:
