@@ -17,15 +17,18 @@ from magsim.scenario import Clock, LoadedScenario, RecordingSettings
 from magsim.sensors import (
     Acquisition,
     Counter,
+    baro_columns,
     base_columns,
     electrical_columns,
     fluxgate_columns,
     ground_columns,
+    inertial_columns,
     ins_columns,
     instants,
     radar_columns,
     scalar_columns,
     temperature_c,
+    true_baro_columns,
     true_columns,
 )
 from magsim.trajectory import Flight, Trajectory
@@ -122,7 +125,13 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
         data |= base_columns(base, truth.time_s, field_n, acquisition, seed)
     ins = scenario.sensors.ins
     data |= ins_columns(ins, _path_of(ins, "ins", flight, path, seed), settings.rate_hz, seed)
+    data |= inertial_columns(ins, flight.carrier, acquisition, seed)
     data |= true_columns(path)
+    barometer = scenario.sensors.barometer
+    if barometer is not None:
+        felt = _path_of(barometer, "baro", flight, path, seed)
+        data |= baro_columns(barometer, flight.carrier, felt, ground=loaded.ground, rate_hz=settings.rate_hz, seed=seed)
+        data |= true_baro_columns(barometer, path, loaded.ground)
     if loaded.ground is not None:
         data |= ground_columns(path, loaded.ground)
         if scenario.sensors.radar is not None:

@@ -34,6 +34,7 @@ from magsim.scenario.geology import (
     shortest_crust_m,
 )
 from magsim.scenario.instruments import (
+    Barometer,
     BaseStation,
     Cabin,
     Clock,
@@ -84,6 +85,7 @@ from magsim.terrain import Grid, Ground
 __all__ = [
     "LEGS",
     "Air",
+    "Barometer",
     "BaseStation",
     "Box",
     "Cabin",
