@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 
 from magsim import columns, metrics, signals
-from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate
+from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate, reading_rows
 from magsim.compensation.features import Design, Inputs, design, requirements, spans
 from magsim.compensation.ridge import RidgeFit, fit_ridge
 from magsim.errors import DataError
@@ -151,11 +151,15 @@ class TollesLawson(Compensator):
         """Solve for the coefficients; see ``Compensator.fit``."""
         recordings = [*train, *valid]
         check_recordings(recordings, sensor)
+        cut = reading_rows(recordings, sensor)
+        # The band-pass would spread what the reading holds in dropouts; the label is right there too.
+        recordings = cut if self.target == "measured" else recordings
         self.set_params(**self.get_params())
         self._inputs = self._make_inputs(recordings)
         designs = [self._design(recording) for recording in recordings]
         targets = [self._target(recording, sensor) for recording in recordings]
-        fit = self._solve(recordings, designs, targets)
+        read = [recording.reads(sensor) for recording in recordings]
+        fit = self._solve(recordings, designs, targets, read)
         self.coefficients_ = fit.coefficients
         self.offset_nt_ = self._offset(recordings, designs, sensor)
         self.sensor_ = sensor
@@ -200,17 +204,21 @@ class TollesLawson(Compensator):
         return reading
 
     def _solve(
-        self, recordings: Sequence[Recording], designs: Sequence[Design], targets: Sequence[np.ndarray]
+        self,
+        recordings: Sequence[Recording],
+        designs: Sequence[Design],
+        targets: Sequence[np.ndarray],
+        read: Sequence[np.ndarray],
     ) -> RidgeFit:
-        """Filter and crop, or center, all rows and solve for the coefficients."""
+        """Filter and crop, or center, and solve for the coefficients over the rows with a reading."""
         if self.band == "broad":
-            matrix = np.concatenate([d.matrix for d in designs])
-            target = np.concatenate(targets)
+            matrix = np.concatenate([d.matrix[rows] for d, rows in zip(designs, read, strict=True)])
+            target = np.concatenate([values[rows] for values, rows in zip(targets, read, strict=True)])
             self._check_length(len(target), recordings)
             return fit_ridge(matrix - matrix.mean(axis=0), target - target.mean())
         parts = [
-            in_band(np.column_stack([d.matrix, target]), recording.time_s)
-            for recording, d, target in zip(recordings, designs, targets, strict=True)
+            in_band(np.column_stack([d.matrix, target]), recording.time_s, rows)
+            for recording, d, target, rows in zip(recordings, designs, targets, read, strict=True)
         ]
         rows = np.concatenate(parts)
         self._check_length(len(rows), recordings)
@@ -228,12 +236,12 @@ class TollesLawson(Compensator):
             raise DataError(msg)
 
     def _offset(self, recordings: Sequence[Recording], designs: Sequence[Design], sensor: str) -> float:
-        """Mean of the labels that the coefficients leave; 0 where there are no labels."""
+        """Mean of the labels that the coefficients leave, over the rows with a reading; 0 where there are no labels."""
         name = columns.INTERFERENCE.name(sensor=sensor)
         if any(name not in recording for recording in recordings):
             return 0.0
         rest = [
-            labels(recording, sensor) - np.einsum("nc,c->n", d.matrix, self.coefficients_)
+            (labels(recording, sensor) - np.einsum("nc,c->n", d.matrix, self.coefficients_))[recording.reads(sensor)]
             for recording, d in zip(recordings, designs, strict=True)
         ]
         return float(np.concatenate(rest).mean())
