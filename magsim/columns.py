@@ -112,7 +112,7 @@ INS_RATE = Family(
     "ins_rate_{axis}_dps", "input", "deg/s", "b", "Angular rate from the gyros of the INS, relative to inertial space"
 )
 BARO_ALTITUDE = Family(
-    "baro_alt_m", "input", "m", "", "Height by the barometer: of the standard atmosphere, geopotential"
+    "baro_alt_m", "input", "m", "", "Height by the barometer: of the standard atmosphere, geopotential", "baro"
 )
 BARO_PRESSURE = Family("baro_pa", "input", "Pa", "", "Static pressure by the barometer")
 RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground by the radar altimeter; -1 without echo")
