@@ -15,16 +15,23 @@ ROOT = _PACKAGE / "_assets" if (_PACKAGE / "_assets").is_dir() else _PACKAGE.par
 AIRCRAFT_FILES = ("facts.toml", "magnetics.toml")
 """Files that make a folder of ``aircraft`` an aircraft."""
 
+BIRD_FILES = ("body.toml", "magnetics.toml")
+"""Files that make a folder of ``aircraft`` a towed bird."""
+
 
 def list_aircraft() -> tuple[str, ...]:
     """Names of the shipped aircraft, sorted."""
-    return tuple(
-        sorted(
-            folder.name
-            for folder in (ROOT / "aircraft").glob("*")
-            if all((folder / file).is_file() for file in AIRCRAFT_FILES)
-        )
-    )
+    return _list(AIRCRAFT_FILES)
+
+
+def list_birds() -> tuple[str, ...]:
+    """Names of the shipped birds, sorted."""
+    return _list(BIRD_FILES)
+
+
+def _list(files: tuple[str, ...]) -> tuple[str, ...]:
+    folders = (ROOT / "aircraft").glob("*")
+    return tuple(sorted(folder.name for folder in folders if all((folder / file).is_file() for file in files)))
 
 
 def aircraft_dir(name_or_path: str | Path, base: Path | None = None) -> Path:
@@ -42,30 +49,46 @@ def aircraft_dir(name_or_path: str | Path, base: Path | None = None) -> Path:
     RequestError
         If there is no such aircraft: the message lists the names, or says what the folder lacks.
     """
-    known = list_aircraft()
+    return _vehicle_dir("aircraft", name_or_path, base, list_aircraft(), AIRCRAFT_FILES)
+
+
+def bird_dir(name_or_path: str | Path, base: Path | None = None) -> Path:
+    """Folder of a towed bird; see ``aircraft_dir``.
+
+    Raises
+    ------
+    RequestError
+        If there is no such bird: the message lists the names, or says what the folder lacks.
+    """
+    return _vehicle_dir("bird", name_or_path, base, list_birds(), BIRD_FILES)
+
+
+def _vehicle_dir(
+    what: str, name_or_path: str | Path, base: Path | None, known: tuple[str, ...], files: tuple[str, ...]
+) -> Path:
     if isinstance(name_or_path, Path) or any(slash in name_or_path for slash in {"/", os.sep}):
-        return _own_aircraft((base or Path()) / name_or_path, known)
+        return _own_vehicle((base or Path()) / name_or_path, known, files)
     if name_or_path in known:
         return ROOT / "aircraft" / name_or_path
     msg = (
-        f"there is no aircraft '{name_or_path[:60]}'; allowed: {', '.join(known)}, or a folder of your own by its path "
+        f"there is no {what} '{name_or_path[:60]}'; allowed: {', '.join(known)}, or a folder of your own by its path "
         f"with a slash, such as ./mine{_hint(name_or_path, known)}"
     )
     raise RequestError(msg)
 
 
-def _own_aircraft(folder: Path, known: tuple[str, ...]) -> Path:
+def _own_vehicle(folder: Path, known: tuple[str, ...], files: tuple[str, ...]) -> Path:
     why = "there is no such folder"
     # a path that is too long or holds a zero byte is not there
     with suppress(OSError, ValueError):
         if folder.is_dir():
-            lacking = [file for file in AIRCRAFT_FILES if not (folder / file).is_file()]
+            lacking = [file for file in files if not (folder / file).is_file()]
             if not lacking:
                 return folder
             why = f"has no {' and no '.join(lacking)}"
     shown = str(folder)[:200]
     shown = shown if shown.isprintable() else ascii(shown)
-    msg = f"{shown}: {why}; allowed: a folder with {' and '.join(AIRCRAFT_FILES)}, or the name of {' or '.join(known)}"
+    msg = f"{shown}: {why}; allowed: a folder with {' and '.join(files)}, or the name of {' or '.join(known)}"
     raise RequestError(msg)
 
 

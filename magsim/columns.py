@@ -18,8 +18,8 @@ NAME_PATTERN = r"[a-z][a-z0-9_]*"
 BACKGROUND = ("earth", "crust", "target", "variation")
 """Parts of the field at a sensor that are there without the aircraft."""
 
-PLATFORM = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics")
-"""Parts of the field at a sensor that the aircraft makes: the interference."""
+PLATFORM = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics", "carrier")
+"""Parts of the field at a sensor that the platform makes: the interference. ``carrier`` is felt in a towed bird."""
 
 COMPONENTS = BACKGROUND + PLATFORM
 """All parts; their sum is the whole field. A part that is off is absent from truth and from files."""
@@ -31,6 +31,9 @@ DIRECTIONS = ("n", "e", "d")
 
 INS_ANGLES = ("roll", "pitch", "heading", "lat", "lon")
 """Angles of ``ins_{angle}_deg`` and ``true_{angle}_deg``: attitude, then WGS-84 position."""
+
+ROPE_WAYS = ("trail", "side")
+"""Angles of ``true_rope_{way}_deg``."""
 
 MANEUVERS = {0: "none", 1: "pitch", 2: "roll", 3: "yaw", 4: "combined"}
 SPLITS = {0: "train", 1: "valid", 2: "test"}
@@ -71,6 +74,7 @@ class Family:
             "component": "|".join(COMPONENTS),
             "angle": "|".join(INS_ANGLES),
             "direction": "|".join(DIRECTIONS),
+            "way": "|".join(ROPE_WAYS),
         }
         parts = re.split(r"\{(\w+)\}", self.pattern)
         text = "".join(
@@ -130,6 +134,13 @@ PROJECTION = Family(
 
 CLEAN = Family("clean_{sensor}_nt", "truth", "nT", "", "Background field at the sensor without the aircraft, norm")
 TOTAL = Family("total_{sensor}_nt", "truth", "nT", "", "Whole field at the sensor without instrument errors, norm")
+SWING = Family(
+    "swing_{sensor}_nt",
+    "truth",
+    "nT",
+    "",
+    "Change of the background because a towed sensor leaves its smooth track (below 0.03 Hz): clean minus norm there",
+)
 ERROR = Family("error_{sensor}_nt", "truth", "nT", "", "Instrument error of a scalar magnetometer: reading minus norm")
 FLUX_ERROR = Family(
     "fluxerror_{sensor}_{axis}_nt",
@@ -163,6 +174,32 @@ TRUE_WIND = Family(
     "true_wind_{direction}_mps", "truth", "m/s", "n", "Motion of the air over ground, turbulence included: n, e, d"
 )
 
+CARRIER_ATTITUDE = Family(
+    "carrier_{angle}_deg", "input", "deg", "", "Attitude, WGS-84 position of a towing carrier from its own INS"
+)
+CARRIER_VELOCITY = Family("carrier_v{direction}_mps", "input", "m/s", "n", "Velocity of a towing carrier from its INS")
+CARRIER_ALTITUDE = Family("carrier_alt_m", "input", "m", "", "Height of a towing carrier above the ellipsoid, its INS")
+TRUE_CARRIER_ATTITUDE = Family(
+    "true_carrier_{angle}_deg", "truth", "deg", "", "True attitude, WGS-84 position of a towing carrier"
+)
+TRUE_CARRIER_RATE = Family(
+    "true_carrier_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate of a towing carrier to the local frame"
+)
+TRUE_CARRIER_VELOCITY = Family(
+    "true_carrier_v{direction}_mps", "truth", "m/s", "n", "True velocity of a towing carrier: n, e, d"
+)
+TRUE_CARRIER_ALTITUDE = Family(
+    "true_carrier_alt_m", "truth", "m", "", "True height of a towing carrier above the WGS-84 ellipsoid"
+)
+TRUE_ROPE_ANGLE = Family(
+    "true_rope_{way}_deg",
+    "truth",
+    "deg",
+    "",
+    "Angle of the line from hook to bridle to the vertical, along the course: trail aft, side to the right",
+)
+TRUE_ROPE_TENSION = Family("true_rope_tension_n", "truth", "N", "", "Tension of the rope at the hook")
+
 TRUE_PRESSURE = Family("true_pressure_pa", "truth", "Pa", "", "True static pressure of the air")
 TRUE_TEMPERATURE = Family("true_cabin_c", "truth", "degC", "", "True temperature of the instruments")
 
@@ -191,10 +228,14 @@ FAMILIES: tuple[Family, ...] = (
     CURRENT,
     VOLTAGE,
     SURFACE,
+    CARRIER_ATTITUDE,
+    CARRIER_VELOCITY,
+    CARRIER_ALTITUDE,
     INTERFERENCE,
     PROJECTION,
     CLEAN,
     TOTAL,
+    SWING,
     ERROR,
     FLUX_ERROR,
     PART,
@@ -209,6 +250,12 @@ FAMILIES: tuple[Family, ...] = (
     TRUE_AGL,
     TRUE_GROUND,
     TRUE_WIND,
+    TRUE_CARRIER_ATTITUDE,
+    TRUE_CARRIER_RATE,
+    TRUE_CARRIER_VELOCITY,
+    TRUE_CARRIER_ALTITUDE,
+    TRUE_ROPE_ANGLE,
+    TRUE_ROPE_TENSION,
     TRUE_PRESSURE,
     TRUE_TEMPERATURE,
     CIRCUIT,

@@ -110,9 +110,12 @@ def ir_003(reading: np.ndarray, compensated: np.ndarray, rate_hz: float, mask: n
     reading, compensated : (n,) [nT]
     rate_hz : float [Hz]
     mask : (n,) bool, optional
-        Rows that count; by default those that ``crop`` leaves.
+        Rows that count; by default those that ``crop`` leaves with ``signals.HIGH_PASS_EDGE_S``.
     """
-    before, after = (std(_kept(signals.high_pass(values, rate_hz), rate_hz, mask)) for values in (reading, compensated))
+    before, after = (
+        std(_kept(signals.high_pass(values, rate_hz), rate_hz, mask, signals.HIGH_PASS_EDGE_S))
+        for values in (reading, compensated)
+    )
     return ratio(before, after)
 
 
@@ -214,12 +217,12 @@ def _cells(heading: np.ndarray, maneuver: np.ndarray, mask: np.ndarray | None) -
     return [(Cell(*pair), keep & (heading == pair[0]) & (maneuver == pair[1])) for pair in pairs]
 
 
-def _kept(filtered: np.ndarray, rate_hz: float, mask: np.ndarray | None) -> np.ndarray:
+def _kept(filtered: np.ndarray, rate_hz: float, mask: np.ndarray | None, edge_s: float = signals.EDGE_S) -> np.ndarray:
     if mask is None:
-        mask = crop(np.arange(len(filtered)) / rate_hz)
+        mask = crop(np.arange(len(filtered)) / rate_hz, edge_s)
     kept = filtered[np.asarray(mask, dtype=bool)]
     if not len(kept):
-        msg = f"no row of {len(filtered)} is left to score: flights must be longer than {2 * signals.EDGE_S:g} s"
+        msg = f"no row of {len(filtered)} is left to score: flights must be longer than {2 * edge_s:g} s"
         raise ValueError(msg)
     return kept
 

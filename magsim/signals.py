@@ -21,7 +21,11 @@ ORDER = 4
 """Order of the Butterworth prototypes."""
 
 EDGE_S = 30.0
-"""What a forward-backward filter spoils at each end of what it filters, and what scores leave out [s]."""
+"""What the band-pass, forward and backward, spoils at each end of what it filters, and what scores leave out [s]."""
+
+HIGH_PASS_EDGE_S = 60.0
+"""The same of the high-pass, whose lower edge makes it longer: 30 s would leave up to 6 % of the STD on a field that
+rises along the way, 60 s leave less than 1 % [s]."""
 
 
 @lru_cache(maxsize=32)

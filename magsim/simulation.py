@@ -1,6 +1,6 @@
 """From a scenario to a recording: the only meeting place of flight, field and sensors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 
 import numpy as np
@@ -9,16 +9,18 @@ from threadpoolctl import threadpool_limits
 import magsim
 from magsim import columns
 from magsim.errors import DataError, RequestError
-from magsim.field import compute_field
+from magsim.field import compute_field, compute_tow_field
 from magsim.field.station import station_field
 from magsim.flight import fly
 from magsim.recording import Recording
-from magsim.scenario import Clock, LoadedScenario, RecordingSettings
+from magsim.scenario import Clock, LoadedScenario, RecordingSettings, Scenario
 from magsim.sensors import (
     Acquisition,
     Counter,
     baro_columns,
     base_columns,
+    carrier_columns,
+    carrier_ins_columns,
     electrical_columns,
     fluxgate_columns,
     ground_columns,
@@ -26,6 +28,7 @@ from magsim.sensors import (
     ins_columns,
     instants,
     radar_columns,
+    rope_columns,
     scalar_columns,
     temperature_c,
     true_baro_columns,
@@ -69,13 +72,13 @@ def simulate(loaded: LoadedScenario, *, progress: Progress | None = None) -> Rec
     with threadpool_limits(1):
         told = _step(progress, "flight")
         try:
-            flight = fly(scenario, aircraft, ground=loaded.ground, track=loaded.track, progress=told)
-            truth = compute_field(scenario, aircraft, flight, ground=loaded.ground, progress=_step(progress, "field"))
+            flight = fly(scenario, aircraft, bird=loaded.bird, ground=loaded.ground, track=loaded.track, progress=told)
+            truths = compute_fields(loaded, flight, progress=_step(progress, "field"))
         except RequestError as error:
             raise RequestError(loaded.placed(str(error))) from None
         done = _step(progress, "sensors")
         done(0.0)
-        recording = record(loaded, flight, truth)
+        recording = record(loaded, flight, truths)
         done(1.0)
     return recording
 
@@ -84,15 +87,25 @@ def _step(progress: Progress | None, name: str) -> Callable[[float], None]:
     return (lambda _share: None) if progress is None else (lambda share: progress(name, share))
 
 
-def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recording:
+def compute_fields(
+    loaded: LoadedScenario, flight: Flight, *, progress: Callable[[float], None] | None = None
+) -> dict[str, FieldTruth]:
+    """The true field of a finished flight by what carries the sensors: ``carrier``, and ``bird`` where one is towed."""
+    scenario, aircraft, ground = loaded.scenario, loaded.aircraft, loaded.ground
+    if loaded.bird is None:
+        return {"carrier": compute_field(scenario, aircraft, flight, ground=ground, progress=progress)}
+    return compute_tow_field(scenario, aircraft, loaded.bird, flight, ground=ground, progress=progress)
+
+
+def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTruth]) -> Recording:
     """Record a finished flight in its true field.
 
     Parameters
     ----------
     loaded : LoadedScenario
     flight : Flight
-    truth : FieldTruth
-        At the flight's simulation rate, with every mount that carries a sensor.
+    truths : mapping of str to FieldTruth
+        From ``compute_fields``.
 
     Returns
     -------
@@ -105,44 +118,49 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
     """
     scenario = loaded.scenario
     settings, seed = scenario.recording, scenario.seed
-    acquisition = Acquisition.of(truth.time_s, flight.duration_s, flight.simulation_rate_hz, settings.rate_hz)
-    time_s = acquisition.time_s
-    path = flight.carrier.at(time_s)
+    samples_s = truths["carrier"].time_s
+    acquisition = Acquisition.of(samples_s, flight.duration_s, flight.simulation_rate_hz, settings.rate_hz)
+    time_s, moved = acquisition.time_s, flight.instruments
+    path = moved.at(time_s)
     data: dict[str, np.ndarray] = {}
-    turning = any(sensor.gyro_shift for sensor in scenario.sensors.scalar)
-    rate_b = flight.carrier.at(truth.time_s).rate_b if turning else None
+    bodies = {"carrier": flight.carrier, "bird": flight.bird}
+    turning = {sensor.body for sensor in scenario.sensors.scalar if sensor.gyro_shift}
+    rates_b = {body: motion.at(samples_s).rate_b for body, motion in bodies.items() if body in turning and motion}
     for sensor in scenario.sensors.scalar:
-        data |= scalar_columns(sensor, truth, acquisition, seed, rate_b)
+        data |= scalar_columns(sensor, truths[sensor.body], acquisition, seed, rates_b.get(sensor.body))
     cabin, warmth_c = scenario.sensors.cabin, None
     if cabin is not None:
-        warmth_c = temperature_c(cabin, truth.time_s, seed)
+        warmth_c = temperature_c(cabin, samples_s, seed)
         data[columns.TRUE_TEMPERATURE.name()] = acquisition(warmth_c)
     for sensor in scenario.sensors.fluxgate:
-        data |= fluxgate_columns(sensor, truth, acquisition, seed, warmth_c)
+        data |= fluxgate_columns(sensor, truths[sensor.body], acquisition, seed, warmth_c)
     base = scenario.sensors.base
     if base is not None:
-        field_n = station_field(base, scenario, loaded.ground, truth.time_s)
-        data |= base_columns(base, truth.time_s, field_n, acquisition, seed)
+        field_n = station_field(base, scenario, loaded.ground, samples_s)
+        data |= base_columns(base, samples_s, field_n, acquisition, seed)
     ins = scenario.sensors.ins
-    data |= ins_columns(ins, _path_of(ins, "ins", flight, path, seed), settings.rate_hz, seed)
-    data |= inertial_columns(ins, flight.carrier, acquisition, seed)
+    data |= ins_columns(ins, _path_of(ins, "ins", moved, path, seed), settings.rate_hz, seed)
+    data |= inertial_columns(ins, moved, acquisition, seed)
     data |= true_columns(path)
     barometer = scenario.sensors.barometer
     if barometer is not None:
-        felt = _path_of(barometer, "baro", flight, path, seed)
-        data |= baro_columns(barometer, flight.carrier, felt, ground=loaded.ground, rate_hz=settings.rate_hz, seed=seed)
+        felt = _path_of(barometer, "baro", moved, path, seed)
+        data |= baro_columns(barometer, moved, felt, ground=loaded.ground, rate_hz=settings.rate_hz, seed=seed)
         data |= true_baro_columns(barometer, path, loaded.ground)
+    if flight.bird is not None:
+        data |= _tow_columns(scenario, flight, time_s)
     if loaded.ground is not None:
         data |= ground_columns(path, loaded.ground)
         if scenario.sensors.radar is not None:
-            heard = _path_of(scenario.sensors.radar, "radar", flight, path, seed)
+            heard = _path_of(scenario.sensors.radar, "radar", moved, path, seed)
             data |= radar_columns(scenario.sensors.radar, heard, loaded.ground, seed)
     wind_n = flight.wind_at(time_s)
     if wind_n is not None:
         data |= {columns.TRUE_WIND.name(direction=name): wind_n[:, k] for k, name in enumerate(columns.DIRECTIONS)}
     for name, angle in flight.controls_at(time_s).items():
         data[columns.SURFACE.name(surface=name)] = np.degrees(angle)
-    data |= electrical_columns(scenario.sensors.electrical, truth, acquisition, seed)
+    for truth in truths.values():
+        data |= electrical_columns(scenario.sensors.electrical, truth, acquisition, seed)
     segments = flight.segment_columns(time_s)
     data |= segments
     data[columns.SPLIT.name()] = split_of(segments["circuit"], segments["leg"], settings)
@@ -153,11 +171,20 @@ def record(loaded: LoadedScenario, flight: Flight, truth: FieldTruth) -> Recordi
     return whole.with_truth(settings.truth)
 
 
-def _path_of(clock: Clock, name: str, flight: Flight, path: Trajectory, seed: int) -> Trajectory:
+def _tow_columns(scenario: Scenario, flight: Flight, time_s: np.ndarray) -> dict[str, np.ndarray]:
+    """The carrier beside its bird, and the rope between them."""
+    carrier, ins = flight.carrier.at(time_s), scenario.sensors.carrier_ins
+    out = carrier_columns(carrier) | rope_columns(flight.rope_at(time_s))
+    if ins is None:
+        return out
+    seen = _path_of(ins, "carrier_ins", flight.carrier, carrier, scenario.seed)
+    return out | carrier_ins_columns(ins, seen, scenario.recording.rate_hz, scenario.seed)
+
+
+def _path_of(clock: Clock, name: str, moved: Trajectory, path: Trajectory, seed: int) -> Trajectory:
     """The motion that an instrument with a clock of its own saw at the rows."""
-    carrier = flight.carrier
-    taken = instants(clock, path.time_s, name, seed, (carrier.time_s[0], carrier.time_s[-1]))
-    return path if taken is None else carrier.at(taken)
+    taken = instants(clock, path.time_s, name, seed, (moved.time_s[0], moved.time_s[-1]))
+    return path if taken is None else moved.at(taken)
 
 
 def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) -> np.ndarray:
@@ -206,6 +233,7 @@ def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> d
         "overrides": list(loaded.overrides),
         "digest": loaded.digest,
         "aircraft": loaded.aircraft.name,
+        **({} if loaded.bird is None else {"bird": loaded.bird.name}),
         "seed": scenario.seed,
         "start_utc": scenario.start.time_utc.isoformat(),
         "rate_hz": scenario.recording.rate_hz,

@@ -22,11 +22,13 @@ class FieldTruth:
     parts_b : mapping of str to (n, s, 3) [nT]
         Parts named in ``magsim.columns.COMPONENTS``; their sum is the whole field. A part that is off is absent.
     currents_a : mapping of str to (n,) [A]
+        Current of each circuit, its mean over the step around each time; empty without onboard electronics.
     tilts_b : mapping of str to (n, 3) [rad]
         Rotation vectors, body axes, of the mounts that bend.
-        Current of each circuit, its mean over the step around each time; empty without onboard electronics.
     voltages_v : mapping of str to (n,) [V]
         Voltage of each bus, likewise.
+    steady_nt : mapping of str to (n,) [nT]
+        Length of the background where a mount of a towed bird would be without swing; empty for others.
     """
 
     time_s: np.ndarray
@@ -35,6 +37,7 @@ class FieldTruth:
     currents_a: Mapping[str, np.ndarray] = field(default_factory=dict)
     tilts_b: Mapping[str, np.ndarray] = field(default_factory=dict)
     voltages_v: Mapping[str, np.ndarray] = field(default_factory=dict)
+    steady_nt: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shape = (len(self.time_s), len(self.mounts), 3)
@@ -49,8 +52,7 @@ class FieldTruth:
         object.__setattr__(self, "mounts", tuple(self.mounts))
         object.__setattr__(self, "parts_b", {name: readonly(part) for name, part in self.parts_b.items()})
         object.__setattr__(self, "tilts_b", {name: readonly(tilt) for name, tilt in self.tilts_b.items()})
-        object.__setattr__(self, "currents_a", {name: readonly(row) for name, row in self.currents_a.items()})
-        for kind in ("currents_a", "voltages_v"):
+        for kind in ("currents_a", "voltages_v", "steady_nt"):
             rows = {name: readonly(row) for name, row in getattr(self, kind).items()}
             for name, row in rows.items():
                 if row.shape != shape[:1]:

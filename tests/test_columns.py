@@ -14,6 +14,7 @@ FIELDS = {
     "axis": st.sampled_from(columns.AXES),
     "angle": st.sampled_from(columns.INS_ANGLES),
     "direction": st.sampled_from(columns.DIRECTIONS),
+    "way": st.sampled_from(columns.ROPE_WAYS),
 }
 
 
@@ -57,7 +58,7 @@ def test_every_family_is_complete_and_in_order():
         assert family.meaning
         assert family.unit
     units = {"_nt": "nT", "_deg": "deg", "_mps": "m/s", "_dps": "deg/s", "_m": "m", "_a": "A", "_v": "V", "_c": "degC"}
-    units |= {"_mps2": "m/s^2", "_pa": "Pa"}
+    units |= {"_mps2": "m/s^2", "_pa": "Pa", "_n": "N"}
     for family in columns.FAMILIES:
         suffix = "_" + family.pattern.rsplit("_", 1)[-1]
         assert family.unit == units.get(suffix, "1")

@@ -169,7 +169,7 @@ def recorded(*, scalar=None, fluxgate=None, **tables):
     # A scenario with a radar would ask for terrain.
     heard = whole.scenario.sensors.model_copy(update={"radar": radar})
     flying = whole.scenario.model_copy(update={"sensors": heard})
-    return record(replace(whole, ground=ground, scenario=flying), flown, field).data
+    return record(replace(whole, ground=ground, scenario=flying), flown, {"carrier": field}).data
 
 
 @cache

@@ -87,7 +87,7 @@ def test_raw_interference_in_band_is_that_of_a_cabin(calibration):
 def test_raw_interference_in_band_is_that_of_a_rear_ceiling(flight):
     loaded = load_scenario("calibration_c208b", CEILING)
     truth = compute_field(loaded.scenario, loaded.aircraft, flight)
-    label = record(loaded, flight, truth)[columns.INTERFERENCE.name(sensor="ceiling")]
+    label = record(loaded, flight, {"carrier": truth})[columns.INTERFERENCE.name(sensor="ceiling")]
     assert 8.0 <= metrics.band_std(label, loaded.scenario.recording.rate_hz) <= 25.0
 
 
@@ -101,7 +101,7 @@ def test_linear_world_is_fitted_to_the_numerical_floor():
     loaded = load_scenario("papers/000_simulated", overrides=LINEAR_WORLD)
     flown = fly(loaded.scenario, loaded.aircraft)
     truth = compute_field(loaded.scenario, loaded.aircraft, flown)
-    residuals = linear_residuals(truth, record(loaded, flown, truth))
+    residuals = linear_residuals(truth, record(loaded, flown, {"carrier": truth}))
     assert residuals["simulation"] < 0.002
     assert residuals["spline"] < 0.002
     assert residuals["central"] < 0.02

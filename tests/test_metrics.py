@@ -131,9 +131,24 @@ def test_crop_leaves_what_the_filter_does_not_spoil():
     assert metrics.rms((inside - signals.band_pass(x, RATE)[cut])[kept]) < 0.01 * metrics.rms(x)
 
 
+def test_the_high_pass_needs_longer_ends():
+    """The same for the high-pass, with 0.1 nT on a field of 3 nT/km flown at 70 m/s: 60 s are enough, 30 s are not."""
+    noise = signals.band_pass(np.random.default_rng(0).normal(size=12000), RATE)
+    x = 0.1 * noise / metrics.std(noise) + 0.21 * np.arange(12000) / RATE
+    whole = signals.high_pass(x, RATE)
+    cut = slice(4000, 8000)
+    spoilt = signals.high_pass(x[cut], RATE) - whole[cut]
+    t = np.arange(4000) / RATE
+    share = {edge: metrics.rms(spoilt[metrics.crop(t, edge)]) / metrics.rms(whole[cut]) for edge in (30.0, 60.0)}
+    assert share[signals.HIGH_PASS_EDGE_S] < 0.01
+    assert 0.02 < share[signals.EDGE_S] < 0.1
+
+
 def test_too_short_to_score():
     with pytest.raises(ValueError, match="longer than 60 s"):
         metrics.band_std(np.zeros(500), RATE)
+    with pytest.raises(ValueError, match="longer than 120 s"):
+        metrics.ir_003(np.zeros(1000), np.zeros(1000), RATE)
 
 
 def test_heading_shift():

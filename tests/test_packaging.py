@@ -27,7 +27,7 @@ def wheel(tmp_path_factory) -> zipfile.ZipFile:
 def test_the_wheel_ships_code_and_assets(wheel):
     names = set(wheel.namelist())
     for path in (ROOT / "magsim").rglob("*"):
-        if path.is_file() and path.suffix != ".pyc":
+        if path.is_file() and "__pycache__" not in path.parts:
             assert path.relative_to(ROOT).as_posix() in names
     for folder in ("aircraft", "scenarios", "datasets"):
         for path in (ROOT / folder).rglob("*"):

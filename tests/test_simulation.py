@@ -72,7 +72,7 @@ def truth(duration_s=40.0):
 
 @pytest.fixture(scope="module")
 def recording():
-    return record(loaded(), flight(), truth())
+    return record(loaded(), flight(), {"carrier": truth()})
 
 
 def test_columns_stand_in_the_order_of_the_table(recording):
@@ -105,7 +105,7 @@ def test_the_wind_is_recorded_where_it_is_known(recording):
     quiet = flight()
     time = quiet.carrier.time_s
     air = replace(quiet, wind_n=np.stack([3.0 + 0.1 * time, -2.0 + 0.0 * time, 0.5 * np.sin(time)], axis=1))
-    blown = record(loaded(), air, truth())
+    blown = record(loaded(), air, {"carrier": truth()})
     np.testing.assert_allclose(blown["true_wind_n_mps"], 3.0 + 0.1 * blown.time_s, atol=1e-12)
     np.testing.assert_allclose(blown["true_wind_e_mps"], -2.0)
     np.testing.assert_allclose(blown["true_wind_d_mps"], 0.5 * np.sin(blown.time_s), atol=1e-12)
@@ -154,19 +154,19 @@ def test_provenance_is_plain_and_complete(recording):
 
 
 def test_same_again(recording):
-    again = record(loaded(), flight(), truth())
+    again = record(loaded(), flight(), {"carrier": truth()})
     for name, column in recording.data.items():
         np.testing.assert_array_equal(again[name], column, err_msg=name)
 
 
 def test_another_sensor_changes_no_other_column(recording):
-    more = record(loaded([{"name": "extra", "mount": "stinger"}, *SCALARS]), flight(), truth())
+    more = record(loaded([{"name": "extra", "mount": "stinger"}, *SCALARS]), flight(), {"carrier": truth()})
     for name, column in recording.data.items():
         np.testing.assert_array_equal(more[name], column, err_msg=name)
 
 
 def test_an_ins_that_is_late_says_what_was(recording):
-    late = record(loaded(sensors={"ins": INS | {"skew_s": 0.1}}), flight(), truth())
+    late = record(loaded(sensors={"ins": INS | {"skew_s": 0.1}}), flight(), {"carrier": truth()})
     for name in recording.data:
         if not name.startswith("ins"):
             np.testing.assert_array_equal(late[name], recording[name], err_msg=name)
@@ -181,7 +181,7 @@ def test_an_ins_that_is_late_says_what_was(recording):
 def test_errors_of_one_instrument_change_no_other(recording):
     worn = {"preset": "cs_vapor", "axis_b": (1.0, 0.0, 1.0), "gyro_shift": 1.0, "jitter_s": 0.001}
     warm = {"cabin": {"settled_c": 40.0}, "fluxgate": [FLUX[0] | {"offset_drift_nt_c": (1.0, 0.0, 0.0)}]}
-    other = record(loaded([SCALARS[0] | worn, SCALARS[1]], sensors=warm), flight(), truth())
+    other = record(loaded([SCALARS[0] | worn, SCALARS[1]], sensors=warm), flight(), {"carrier": truth()})
     changed = {name for name in recording.data if not np.array_equal(recording[name], other[name])}
     cabin = {name for name in recording.data if "_cabin_" in name}
     assert "mag_cabin_nt" in changed
@@ -194,7 +194,7 @@ def test_errors_of_one_instrument_change_no_other(recording):
 
 
 def test_another_seed_changes_instruments_alone(recording):
-    other = record(loaded(seed=6), flight(), truth())
+    other = record(loaded(seed=6), flight(), {"carrier": truth()})
     changed = {name for name in recording.data if not np.array_equal(recording[name], other[name])}
     still = ("surface", "ins_v", "ins_acc", "ins_rate")
     assert changed == {n for n in recording.names("input") if not n.startswith(still)} | {
@@ -206,7 +206,7 @@ def test_another_seed_changes_instruments_alone(recording):
 
 @pytest.mark.parametrize("rate", [5, 20])
 def test_other_rates(rate):
-    other = record(loaded(rate_hz=rate), flight(30.0), truth(30.0))
+    other = record(loaded(rate_hz=rate), flight(30.0), {"carrier": truth(30.0)})
     assert len(other) == 30 * rate + 1
     assert other.rate_hz == pytest.approx(rate)
 
@@ -217,7 +217,7 @@ def test_a_value_that_is_not_finite_is_told():
     induced[360 + 1200 :, 1, 2] = np.nan
     bad = FieldTruth(broken.time_s, broken.mounts, {**broken.parts_b, "induced": induced})
     with pytest.raises(DataError, match=r"toy_box: column mag_cabin_nt is not finite, first at 9 s"):
-        record(loaded(), flight(), bad)
+        record(loaded(), flight(), {"carrier": bad})
 
 
 # The real thing: a short box, every joint of it.
@@ -264,12 +264,12 @@ def test_end_to_end_twice(flown):
 
 
 def test_a_scenario_says_how_much_truth_is_kept():
-    whole = record(loaded(), flight(), truth())
-    assert set(record(loaded(truth="full"), flight(), truth()).data) == set(whole.data)
+    whole = record(loaded(), flight(), {"carrier": truth()})
+    assert set(record(loaded(truth="full"), flight(), {"carrier": truth()}).data) == set(whole.data)
     parts = {name for name in whole.data if columns.find(name) is columns.PART}
     assert parts
-    assert set(record(loaded(truth="sum"), flight(), truth()).data) == set(whole.data) - parts
-    none = record(loaded(truth="none"), flight(), truth())
+    assert set(record(loaded(truth="sum"), flight(), {"carrier": truth()}).data) == set(whole.data) - parts
+    none = record(loaded(truth="none"), flight(), {"carrier": truth()})
     assert set(none.data) == {*whole.names("input"), *whole.names("segment")}
     assert all(np.array_equal(none[name], whole[name]) for name in none.data)
     with pytest.raises(ValueError, match="truth"):

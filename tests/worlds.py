@@ -23,6 +23,8 @@ EDDY_S = np.array([[1.2, -0.4, 0.6], [0.3, 1.9, -0.5], [-0.5, 0.4, 1.5]]) * 1e-3
 FIELD_NT = 45000.0
 INCLINATION, DECLINATION = np.radians([20.0, -1.5])
 SPEED_MPS, ALTITUDE_M = 75.0, 3000.0
+LAT_DEG, LON_DEG = 16.7, 112.7
+EARTH_M = 6.371e6
 LEG_S, TURN_S, LEAD_S = 133.0, 27.0, 10.0
 FINE = 10
 """Steps of the field in one row."""
@@ -169,6 +171,8 @@ def calibration(world: World = VECTOR, seed: int = 0, name: str = "world", senso
     data = {f"mag_{sensor}_nt": total + error}
     data |= {f"flux_{sensor}_{axis}_nt": flux[:, i] for i, axis in enumerate(axes)}
     data |= {"ins_roll_deg": angles[:, 0], "ins_pitch_deg": angles[:, 1], "ins_heading_deg": angles[:, 2] % 360.0}
+    data |= {"ins_lat_deg": LAT_DEG + np.degrees(position[:, 0] / EARTH_M)}
+    data |= {"ins_lon_deg": LON_DEG + np.degrees(position[:, 1] / (EARTH_M * np.cos(np.radians(LAT_DEG))))}
     data |= {"ins_alt_m": ALTITUDE_M - position[:, 2]}
     data |= {f"interference_{sensor}_nt": total - clean, f"projection_{sensor}_nt": projection}
     data |= {f"clean_{sensor}_nt": clean, f"total_{sensor}_nt": total, f"error_{sensor}_nt": error}

@@ -1,8 +1,9 @@
-"""An aircraft as its folder describes it: facts of flight, magnetic parts, mounts, limits.
+"""An aircraft or a towed bird as its folder describes it: facts of flight, magnetic parts, mounts, limits.
 
-The folder is shipped, ``aircraft/<name>``, or a user's own. Its ``facts.toml`` holds geometry, mass, aerodynamics,
-engine, controls and limits (``Facts``); its ``magnetics.toml`` everything magnetic and the mounts (``Magnetics``).
-Each number has a unit and a source, or is marked an estimate.
+The folder is shipped, ``aircraft/<name>``, or a user's own. The ``facts.toml`` of an aircraft holds geometry, mass,
+aerodynamics, engine, controls and limits (``Facts``), or says that it is a carrier without a flight model
+(``KinematicFacts``); the ``body.toml`` of a bird what hangs on a rope (``BirdFacts``). ``magnetics.toml`` holds
+everything magnetic and the mounts (``Magnetics``). Each number has a unit and a source, or is marked an estimate.
 """
 
 import hashlib
@@ -14,25 +15,38 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from magsim import assets, config
+from magsim.aircraft.bird import BirdFacts
 from magsim.aircraft.facts import Facts, Limits
+from magsim.aircraft.kinematic import KinematicFacts, KinematicLimits
 from magsim.aircraft.magnetics import Magnetics, MeshPart
 from magsim.errors import RequestError
 
-__all__ = ["Aircraft", "Facts", "Limits", "Magnetics", "load_aircraft"]
+__all__ = [
+    "Aircraft",
+    "Bird",
+    "BirdFacts",
+    "Facts",
+    "KinematicFacts",
+    "Limits",
+    "Magnetics",
+    "Vehicle",
+    "load_aircraft",
+    "load_bird",
+]
 
 MESH_FILE_BYTES = 20_000_000
 """Largest file of triangles."""
 
 
 @dataclass(frozen=True)
-class Aircraft:
-    """An aircraft, validated.
+class Vehicle:
+    """What carries magnetometers, validated.
 
     Attributes
     ----------
     name : str
         Name of its folder.
-    facts : Facts
+    facts : BaseModel
         What flies.
     magnetics : Magnetics
         What disturbs, and where sensors are mounted.
@@ -43,20 +57,34 @@ class Aircraft:
     """
 
     name: str
-    facts: Facts
+    facts: BaseModel
     magnetics: Magnetics
     digest: str
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
-
-    @property
-    def limits(self) -> Limits:
-        """What the aircraft can be asked to do."""
-        return self.facts.limits
 
     @cached_property
     def mounts(self) -> dict[str, tuple[float, float, float]]:
         """Places for sensors by name, (3,) [m] in body axes from the datum."""
         return {name: mount.position_m for name, mount in self.magnetics.mounts.items()}
+
+
+@dataclass(frozen=True)
+class Aircraft(Vehicle):
+    """An aircraft, or another carrier."""
+
+    facts: Facts | KinematicFacts
+
+    @property
+    def limits(self) -> Limits | KinematicLimits:
+        """What the aircraft can be asked to do."""
+        return self.facts.limits
+
+
+@dataclass(frozen=True)
+class Bird(Vehicle):
+    """What is towed on a rope."""
+
+    facts: BirdFacts
 
 
 def load_aircraft(name_or_path: str | Path, base: Path | None = None) -> Aircraft:
@@ -79,22 +107,48 @@ def load_aircraft(name_or_path: str | Path, base: Path | None = None) -> Aircraf
         If there is no such aircraft, or its files are wrong: one line for each problem of both files.
     """
     folder = assets.aircraft_dir(name_or_path, base)
-    parts: list[BaseModel] = []
+    parts = _read(folder, assets.AIRCRAFT_FILES, _facts_model(folder / assets.AIRCRAFT_FILES[0]))
+    return Aircraft(**parts)
+
+
+def load_bird(name_or_path: str | Path, base: Path | None = None) -> Bird:
+    """Read and check a towed bird: a shipped one, or a folder of one's own; see ``load_aircraft``.
+
+    Raises
+    ------
+    RequestError
+        If there is no such bird, or its files are wrong: one line for each problem of both files.
+    """
+    return Bird(**_read(assets.bird_dir(name_or_path, base), assets.BIRD_FILES, BirdFacts))
+
+
+def _facts_model(path: Path) -> type[BaseModel]:
+    """The model of a ``facts.toml``: that of a kinematic carrier where it says so."""
+    try:
+        kind = config.read(path).table.get("kind")
+    except RequestError:
+        return Facts  # told when it is read in earnest
+    return Facts if kind is None else KinematicFacts
+
+
+def _read(folder: Path, files: tuple[str, str], facts: type[BaseModel]) -> dict[str, object]:
+    """Fields of a vehicle from the two files of its folder."""
+    found: dict[str, object] = {}
     lines: list[str] = []
     digest = hashlib.sha256()
-    for file, model in zip(assets.AIRCRAFT_FILES, (Facts, Magnetics), strict=True):
+    for field_name, file, model in zip(("facts", "magnetics"), files, (facts, Magnetics), strict=True):
         path = folder / file
         try:
-            parts.append(config.load(path, model))
+            found[field_name] = config.load(path, model)
             digest.update(f"{file}\0".encode() + path.read_bytes() + b"\0")
         except RequestError as error:
             lines.append(str(error))
     if lines:
         raise RequestError("\n".join(lines))
-    files = mesh_files(folder, parts[1])
-    for file, content in files.items():
+    meshes = mesh_files(folder, found["magnetics"])
+    for file, content in meshes.items():
         digest.update(f"{file}\0".encode() + content + b"\0")
-    return Aircraft(folder.resolve().name, *parts, digest.hexdigest(), files)
+    return found | {"name": folder.resolve().name, "digest": digest.hexdigest(), "files": meshes}
 
 
 def mesh_files(folder: Path, magnetics: Magnetics) -> dict[str, bytes]:

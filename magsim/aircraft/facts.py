@@ -1,119 +1,38 @@
-"""What flies: the models of ``facts.toml``, every number with its unit and its source.
-
-A fact is an inline table ``{ value = 15.87, unit = "m", source = "..." }``. A source that begins with ``estimate``
-says that the number is ours. Values are SI with angles in radians, but for limits that face the user, which are in
-degrees.
-"""
+"""What flies: the models of ``facts.toml``, every number with its unit and its source (``magsim.aircraft.fact``)."""
 
 import math
-from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from magsim.config import Strict, Vector
-
-
-def _as_tuple(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
-
-
-class Fact(Strict):
-    """One number with its unit and where it comes from."""
-
-    value: float
-    unit: str
-    source: str = Field(min_length=3)
-
-    @property
-    def estimated(self) -> bool:
-        """Whether the number is an estimate of ours."""
-        return self.source.startswith("estimate")
-
-
-class PlaceFact(Strict):
-    """A place in body axes from the datum [m]."""
-
-    value: Vector
-    unit: str
-    source: str = Field(min_length=3)
-
-
-class RangeFact(Strict):
-    """A lowest and a highest value."""
-
-    value: Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
-    unit: str
-    source: str = Field(min_length=3)
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "RangeFact":
-        if not self.value[0] < self.value[1]:
-            msg = f"{self.value[0]:g} is not below {self.value[1]:g}; allowed: [low, high]"
-            raise ValueError(msg)
-        return self
-
-
-class CurveFact(Strict):
-    """A quantity over another one, given at points that rise."""
-
-    at: Annotated[tuple[float, ...], BeforeValidator(_as_tuple), Field(min_length=2)]
-    at_unit: str
-    value: Annotated[tuple[float, ...], BeforeValidator(_as_tuple), Field(min_length=2)]
-    unit: str
-    source: str = Field(min_length=3)
-
-    @model_validator(mode="after")
-    def _table(self) -> "CurveFact":
-        if len(self.at) != len(self.value):
-            msg = f"{len(self.at)} points but {len(self.value)} values; allowed: as many of both"
-            raise ValueError(msg)
-        if any(b <= a for a, b in zip(self.at, self.at[1:], strict=False)):
-            msg = "the points of 'at' do not rise; allowed: rising points"
-            raise ValueError(msg)
-        return self
-
-
-AnyFact = Fact | PlaceFact | RangeFact
-
-
-def _in(unit: str, *, positive: bool = False) -> Callable[[AnyFact], AnyFact]:
-    """Validator: a fact must be given in this unit."""
-
-    def check(fact: AnyFact) -> AnyFact:
-        if fact.unit != unit:
-            msg = f"unit {fact.unit!r}; allowed: {unit!r}"
-            raise ValueError(msg)
-        if positive and isinstance(fact, Fact) and not fact.value > 0.0:
-            msg = f"{fact.value:g} {unit}; allowed: above 0"
-            raise ValueError(msg)
-        return fact
-
-    return check
-
-
-Length = Annotated[Fact, AfterValidator(_in("m"))]
-Size = Annotated[Fact, AfterValidator(_in("m", positive=True))]
-Area = Annotated[Fact, AfterValidator(_in("m^2", positive=True))]
-Mass = Annotated[Fact, AfterValidator(_in("kg", positive=True))]
-Power = Annotated[Fact, AfterValidator(_in("W", positive=True))]
-Force = Annotated[Fact, AfterValidator(_in("N", positive=True))]
-Speed = Annotated[Fact, AfterValidator(_in("m/s", positive=True))]
-Duration = Annotated[Fact, AfterValidator(_in("s", positive=True))]
-Angle = Annotated[Fact, AfterValidator(_in("rad"))]
-Degrees = Annotated[Fact, AfterValidator(_in("deg", positive=True))]
-Rate = Annotated[Fact, AfterValidator(_in("rad/s", positive=True))]
-PerSecond = Annotated[Fact, AfterValidator(_in("1/s", positive=True))]
-Number = Annotated[Fact, AfterValidator(_in("1"))]
-Inertia = Annotated[Fact, AfterValidator(_in("kg m^2", positive=True))]
-Polynomial = Annotated[PlaceFact, AfterValidator(_in("1"))]
-Place = Annotated[PlaceFact, AfterValidator(_in("m"))]
-AngleRange = Annotated[RangeFact, AfterValidator(_in("rad"))]
-DegreeRange = Annotated[RangeFact, AfterValidator(_in("deg"))]
-SpeedRange = Annotated[RangeFact, AfterValidator(_in("m/s"))]
-NumberRange = Annotated[RangeFact, AfterValidator(_in("1"))]
+from magsim.aircraft.fact import (
+    Angle,
+    AngleRange,
+    Area,
+    CurveFact,
+    DegreeRange,
+    Degrees,
+    Duration,
+    Fact,
+    Force,
+    Inertia,
+    Length,
+    Mass,
+    Number,
+    NumberRange,
+    PerSecond,
+    Place,
+    Polynomial,
+    Power,
+    Rate,
+    Size,
+    Speed,
+    SpeedRange,
+    in_unit,
+)
+from magsim.config import Strict
 
 
 class Datum(Strict):
@@ -202,7 +121,7 @@ class Aero(Strict):
     aileron_yaw: Number
     cruise_speed: Speed
     cruise_altitude: Size
-    cruise_density: Annotated[Fact, AfterValidator(_in("kg/m^3", positive=True))]
+    cruise_density: Annotated[Fact, AfterValidator(in_unit("kg/m^3", positive=True))]
     cruise_mass: Mass
 
 
@@ -261,10 +180,10 @@ class TurbopropEngine(Strict):
 
     kind: Literal["turboprop"]
     power: Power
-    torque: Annotated[Fact, AfterValidator(_in("N m", positive=True))]
+    torque: Annotated[Fact, AfterValidator(in_unit("N m", positive=True))]
     thermodynamic_power: Power
     density_exponent: Number
-    fuel_flow: Annotated[Fact, AfterValidator(_in("kg/s", positive=True))]
+    fuel_flow: Annotated[Fact, AfterValidator(in_unit("kg/s", positive=True))]
     idle_fuel_fraction: Number
     gas_generator: NumberRange
     spool_time: Duration
@@ -326,8 +245,8 @@ class Autopilot(Strict):
     coordination: Duration
     yaw: PerSecond
     yaw_rate: Duration
-    speed: Annotated[Fact, AfterValidator(_in("s/m", positive=True))]
-    speed_integral: Annotated[Fact, AfterValidator(_in("1/m", positive=True))]
+    speed: Annotated[Fact, AfterValidator(in_unit("s/m", positive=True))]
+    speed_integral: Annotated[Fact, AfterValidator(in_unit("1/m", positive=True))]
     course: PerSecond
     line: Duration
     intercept_limit: Angle
@@ -389,6 +308,7 @@ class Facts(Strict):
     engine: Engine
     controls: Controls
     autopilot: Autopilot
+    hook: Place | None = None
     limits: Limits
 
     @model_validator(mode="after")
@@ -416,6 +336,26 @@ class Facts(Strict):
         """Center of gravity at the beginning of a flight, in body axes from the datum, (3,) [m]."""
         balance = self.mass.balance
         return self.aerodynamic_reference_b if balance is None else self._center(balance.fuel.value)
+
+    @property
+    def hook_b(self) -> tuple[float, float, float] | None:
+        """Where a rope is tied, body axes from the datum, (3,) [m]; None where the file names no such point."""
+        return None if self.hook is None else self.hook.value
+
+    @property
+    def bank_ease_s(self) -> float:
+        """Time for a turn's bank to be taken up [s]."""
+        return self.autopilot.bank_ease.value
+
+    @property
+    def climb_mps(self) -> float:
+        """Steepest climb and descent [m/s]."""
+        return self.autopilot.climb_limit.value
+
+    @property
+    def flap(self) -> Flap | None:
+        """The flaps; None without."""
+        return self.controls.flap
 
     @property
     def dry_cg_b(self) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ import numpy as np
 from magsim import __version__, columns, metrics, signals
 from magsim.benchmark.anomaly import anomaly, gain
 from magsim.benchmark.report import WHOLE, Report, Row
-from magsim.compensation import Compensator, create
+from magsim.compensation import Compensator, create, parse_method
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 
@@ -44,8 +44,9 @@ def benchmark(
     recordings : sequence of Recording
         With the segment column ``split``.
     methods : sequence
-        Names of methods, ``noise_floor`` among them; compensators, which are fitted if they are not yet; or pairs of
-        a name for the table and a compensator.
+        Names of methods, ``noise_floor`` among them, with settings if need be (``name:key=value``, read by
+        ``magsim.compensation.parse_method``); compensators, which are fitted if they are not yet; or pairs of a name
+        for the table and a compensator.
     sensor : str, optional
         The scalar magnetometer; by default that of a fitted compensator, else the first of the first recording.
     seed : int
@@ -103,11 +104,18 @@ def benchmark(
                 continue
             say(f"{name} on {recording.name}")
             rows += _judge(name, compensator, parts, sensor, warmup_s)
+        if not any(row.metric == "ir_003" for row in rows if row.recording == recording.name):
+            notes.append(
+                f"recording {recording.name!r} has no ir_003: no test piece is longer than the "
+                f"{2.0 * signals.HIGH_PASS_EDGE_S:g} s that the high-pass needs"
+            )
     about = {
         "magsim": __version__,
         "seed": seed,
         "band_hz": list(signals.BAND_HZ),
         "edge_s": signals.EDGE_S,
+        "high_pass_hz": signals.HIGH_PASS_HZ,
+        "high_pass_edge_s": signals.HIGH_PASS_EDGE_S,
         "warmup_s": warmup_s,
         "methods": {name: {"method": c.name, "params": c.get_params()} for name, c in named if c is not None},
         "recordings": judged,
@@ -126,7 +134,7 @@ def _named(
         elif isinstance(method, Compensator):
             out.append((method.name, method))
         else:
-            out.append((method, None if method == NOISE_FLOOR else create(method)))
+            out.append((method, _create(method)))
     names = [name for name, _ in out]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -136,6 +144,17 @@ def _named(
         msg = "no method to benchmark was given"
         raise RequestError(msg)
     return out
+
+
+def _create(text: str) -> Compensator | None:
+    """A method from its name and settings; none for the noise floor."""
+    name, settings = parse_method(text)
+    if name != NOISE_FLOOR:
+        return create(name, **settings)
+    if settings:
+        msg = f"{NOISE_FLOOR} has no settings; {text!r} gives {', '.join(settings)}"
+        raise RequestError(msg)
+    return None
 
 
 def _pick_sensor(recordings: Sequence[Recording], compensators: Sequence[Compensator], sensor: str | None) -> str:
@@ -260,6 +279,9 @@ def _measure(
         "compensated": band(reading - estimate),
         "injected": band(injected),
         "change": band(injected - change),
+        "reading_003": signals.high_pass(reading[after], rate_hz)[keep],
+        "compensated_003": signals.high_pass((reading - estimate)[after], rate_hz)[keep],
+        "rows_003": metrics.crop(time_s, signals.HIGH_PASS_EDGE_S)[keep],
     }
     clean = columns.CLEAN.name(sensor=sensor)
     if clean in whole:
@@ -286,13 +308,17 @@ def _estimate(name: str, compensator: Compensator, blind: Recording, after: np.n
 
 
 def _spreads(pooled: dict[str, np.ndarray]) -> dict[str, float]:
-    """In-band scores of some rows."""
+    """Scores of some rows by their spread: in band, and above 0.03 Hz on the rows that are far enough from the ends."""
     out = {}
     if "error" in pooled:
         out["std_nt"] = metrics.std(pooled["error"])
         out["ir"] = metrics.ratio(metrics.std(pooled["interference"]), out["std_nt"])
     out["std_paper_nt"] = metrics.std(pooled["compensated"])
     out["ir_paper"] = metrics.ratio(metrics.std(pooled["reading"]), out["std_paper_nt"])
+    far = pooled["rows_003"]
+    if far.any():
+        before, after = (metrics.std(pooled[key][far]) for key in ("reading_003", "compensated_003"))
+        out["ir_003"] = metrics.ratio(before, after)
     return out
 
 

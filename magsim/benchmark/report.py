@@ -2,9 +2,12 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
+
+from magsim.config.schema import did_you_mean
+from magsim.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,16 +25,49 @@ METRICS = {
     "gain": "share of an injected anomaly that is left: must be within 0.05 of 1",
     "std_paper_nt": "STD of the compensated reading in 0.1 to 0.6 Hz, the papers' STD: clean field counts as error",
     "ir_paper": "the papers' ratio, of the reading over the compensated reading: rewards smooth output",
+    "ir_003": "paper 002's ratio, of the reading over the compensated reading, both above 0.03 Hz",
     "fom_paper_nt": "figure of merit of the compensated reading",
     "peak_paper_nt": "maximum minus minimum of the compensated reading in band during one maneuver",
 }
 """Metrics in the order of the table, with their meaning."""
 
 SEGMENT_TABLES = {
-    "STD in band [nT] by heading (straight legs) and by maneuver": ("std_nt", "std_paper_nt"),
-    "maximum minus minimum in band [nT] of each maneuver": ("peak_nt", "peak_paper_nt"),
+    "std_nt": "STD in band [nT] by heading (straight legs) and by maneuver",
+    "ir": "improvement ratio against truth, in band, by heading (straight legs) and by maneuver",
+    "std_paper_nt": "STD of the compensated reading in band [nT] by heading (straight legs) and by maneuver",
+    "ir_paper": "the papers' ratio of the reading, in band, by heading (straight legs) and by maneuver",
+    "ir_003": "paper 002's ratio of the reading, above 0.03 Hz, by heading (straight legs) and by maneuver",
+    "peak_nt": "maximum minus minimum in band [nT] of each maneuver",
+    "peak_paper_nt": "maximum minus minimum of the compensated reading in band [nT] of each maneuver",
 }
-"""Tables of parts of a flight: title, and the metric with its stand-in where there is no truth."""
+"""Scores that parts of a flight have, with the titles of their tables."""
+
+STANDARD = ("std_nt", "peak_nt")
+"""Tables of parts that a report shows unless others are asked for."""
+
+STAND_INS = {"std_nt": "std_paper_nt", "peak_nt": "peak_paper_nt"}
+"""What is shown in their place where there is no truth."""
+
+WIDE = 100
+"""Width from which on a table of parts is turned round if that makes it narrower."""
+
+
+def check_scores(scores: Sequence[str]) -> None:
+    """Refuse scores that no table of parts has.
+
+    Raises
+    ------
+    RequestError
+        If there is none, or one is unknown; the message lists those that there are.
+    """
+    allowed = ", ".join(SEGMENT_TABLES)
+    if not scores:
+        msg = f"no score is named; allowed: {allowed}"
+        raise RequestError(msg)
+    for score in scores:
+        if score not in SEGMENT_TABLES:
+            msg = f"there is no table of {score!r}{did_you_mean(score, SEGMENT_TABLES)}; allowed: {allowed}"
+            raise RequestError(msg)
 
 
 class Row(NamedTuple):
@@ -118,21 +154,32 @@ class Report:
         whole = {"sensor": self.sensor, "about": dict(self.about), "notes": list(self.notes), "rows": table}
         return json.dumps(whole, indent=1, sort_keys=True, allow_nan=False) + "\n"
 
-    def to_text(self, *, times: bool = True) -> str:
+    def to_text(self, *, times: bool = True, scores: Sequence[str] | None = None) -> str:
         """Tables for people: all test rows, then by heading and by maneuver.
 
         Parameters
         ----------
         times : bool
             Add the column of fit times, which differs from run to run.
+        scores : sequence of str, optional
+            Scores with a table by heading and by maneuver, of ``SEGMENT_TABLES``; by default ``STANDARD``.
+
+        Raises
+        ------
+        RequestError
+            If there is no table of a score.
         """
+        check_scores(STANDARD if scores is None else scores)
         blocks = []
         for recording in self.recordings:
             title = f"{recording}, sensor {self.sensor}"
             blocks += [title, self._whole_table(recording, times=times), ""]
-            for title, metrics in SEGMENT_TABLES.items():
-                table = self._segment_table(recording, metrics)
-                blocks += [title, table, ""] if table else []
+            for score in STANDARD if scores is None else dict.fromkeys(scores):
+                table = self._segment_table(recording, score)
+                if table:
+                    blocks += [table, ""]
+                elif scores is not None:
+                    blocks += [f"{SEGMENT_TABLES[score]}: none, {recording} has no {score} of parts", ""]
         blocks += [f"note: {note}" for note in self.notes]
         return "\n".join(blocks).rstrip("\n") + "\n"
 
@@ -148,14 +195,21 @@ class Report:
             lines.append(line)
         return _align(header, lines)
 
-    def _segment_table(self, recording: str, metrics: tuple[str, ...]) -> str:
-        """Parts of the flight by method, in the first of the metrics that the recording has."""
+    def _segment_table(self, recording: str, score: str) -> str:
+        """Parts of the flight by method in a score or its stand-in, with its title; wide tables are turned round."""
         found = [r for r in self.rows if r.recording == recording and r.segment != WHOLE]
-        metric = next((m for m in metrics if any(r.metric == m for r in found)), None)
+        metric = score if any(r.metric == score for r in found) else STAND_INS.get(score)
         cells = {(r.segment, r.method): r.value for r in found if r.metric == metric}
-        segments = list(dict.fromkeys(segment for segment, _ in cells))
-        lines = [[s, *(_show(cells.get((s, m)), str(metric)) for m in self.methods)] for s in segments]
-        return _align(["segment", *self.methods], lines) if lines else ""
+        if metric is None or not cells:
+            return ""
+        parts = list(dict.fromkeys(part for part, _ in cells))
+        by_part = [[p, *(_show(cells.get((p, m)), metric) for m in self.methods)] for p in parts]
+        by_method = [[m, *(_show(cells.get((p, m)), metric) for p in parts)] for m in self.methods]
+        tables = [_align(["segment", *self.methods], by_part), _align(["method", *parts], by_method)]
+        # the line below the header has the full width
+        widths = [len(table.splitlines()[1]) for table in tables]
+        turned = widths[0] > WIDE and widths[1] < widths[0]
+        return f"{SEGMENT_TABLES[metric]}\n{tables[turned]}"
 
 
 def _show(value: float | None, metric: str) -> str:
@@ -164,7 +218,7 @@ def _show(value: float | None, metric: str) -> str:
     if math.isinf(value):
         return "inf"
     if metric.startswith("ir"):
-        return f"{value:.1f}"
+        return f"{value:.2f}" if value < 10.0 else f"{value:.1f}"
     return f"{value:.3f}" if metric == "gain" else f"{value:.4f}"
 
 

@@ -1,5 +1,6 @@
 """``magsim benchmark``: compare compensators on recordings."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,10 +20,15 @@ DEFAULT = "none,tl16,tl18,noise_floor"
     metavar="LIST",
     default=DEFAULT,
     show_default=True,
-    help="Names of methods and folders of trained runs, with commas between them.",
+    help="Names of methods, name:key=value:... for settings, and folders of trained runs, with commas between them.",
 )
 @click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the fits.")
+@click.option(
+    "--scores",
+    metavar="LIST",
+    help="Scores with a table by heading and maneuver, such as ir_003,ir; default std_nt,peak_nt.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
 @click.option(
     "-o",
@@ -38,6 +44,7 @@ def benchmark(  # noqa: PLR0917 - the options
     methods: str,
     sensor: str | None,
     seed: int,
+    scores: str | None,
     as_json: bool,
     output: Path | None,
     force: bool,
@@ -49,37 +56,40 @@ def benchmark(  # noqa: PLR0917 - the options
     judged as it is.
     """
     from magsim.benchmark import benchmark as judge
+    from magsim.benchmark.report import check_scores
     from magsim.recording import read_recordings
 
     chosen = _methods(methods)
+    tables = None if scores is None else [score.strip() for score in scores.split(",") if score.strip()]
+    if tables is not None:
+        check_scores(tables)
     loaded = [recording for path in recordings or (Path(),) for recording in read_recordings(path)]
     if output is not None:
         _check_folder(output, force=force)
     say = None if quiet else lambda text: click.echo(text, err=True)
     report = judge(loaded, chosen, sensor=sensor, seed=seed, progress=say)
     if output is not None:
-        _write(report, output)
-    click.echo(report.to_json() if as_json else report.to_text(), nl=False)
+        _write(report, output, tables)
+    click.echo(report.to_json() if as_json else report.to_text(scores=tables), nl=False)
 
 
 def _methods(text: str) -> "list[str | tuple[str, Compensator]]":
-    """Names of the registry, and trained runs by their folders, which the table calls by their last part."""
+    """Methods of the registry as typed, and trained runs by their folders, which the table calls by their last part."""
     from magsim.benchmark.protocol import NOISE_FLOOR
     from magsim.compensation import load, names
     from magsim.errors import RequestError
 
-    asked = [name.strip() for name in text.split(",") if name.strip()]
+    # a comma inside of brackets is one of a list: bp:hidden=[32,32]
+    asked = [name.strip() for name in re.split(r",(?![^\[\]]*\])", text) if name.strip()]
     if not asked:
         msg = "--methods: no method is named"
         raise RequestError(msg)
     known = (*names(), NOISE_FLOOR)
-    short = [name if name in known else Path(name).name or name for name in asked]
+    folders = [name.partition(":")[0].strip() not in known and (Path(name).is_dir() or "/" in name) for name in asked]
+    short = [Path(name).name or name if folder else name for name, folder in zip(asked, folders, strict=True)]
     out: list[str | tuple[str, Compensator]] = []
-    for name, title in zip(asked, short, strict=True):
-        if name in known or not (Path(name).is_dir() or "/" in name):
-            out.append(name)
-        else:
-            out.append((title if short.count(title) == 1 else name, load(name)))
+    for name, title, folder in zip(asked, short, folders, strict=True):
+        out.append((title if short.count(title) == 1 else name, load(name)) if folder else name)
     return out
 
 
@@ -96,13 +106,13 @@ def _check_folder(folder: Path, *, force: bool) -> None:
         check_target(folder / name, force=force)
 
 
-def _write(report: "Report", folder: Path) -> None:
+def _write(report: "Report", folder: Path, scores: list[str] | None) -> None:
     """The report in three forms, the same bytes for the same data."""
     from magsim.storage import atomic_write
 
     texts = {
         "report.json": report.to_json(),
-        "table.txt": report.to_text(times=False),
+        "table.txt": report.to_text(times=False, scores=scores),
         "table.csv": report.to_frame().to_csv(index=False, lineterminator="\n"),
     }
     for name, text in texts.items():

@@ -6,7 +6,7 @@ import click
 
 
 @click.command(name="plot", short_help="Draw a picture of a recording.")
-@click.argument("kind", type=click.Choice(["flight", "field", "interference", "spectrum", "electronics"]))
+@click.argument("kind", type=click.Choice(["flight", "field", "interference", "spectrum", "electronics", "tow"]))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="PNG or SVG; default ./<recording>_<kind>.png")
 @click.option("--sensor", help="Scalar magnetometer; default the first.")
@@ -20,6 +20,7 @@ def plot(kind: str, file: Path, output: Path | None, sensor: str | None, force: 
     interference  what each part of the aircraft adds, in full and in the compensation band
     spectrum      spectral densities of the field and of the attitude
     electronics   currents and voltages, and the field of the wiring
+    tow           swing of a towed bird: angles, tension, heights, spectrum
     """  # noqa: D301 - click reads the backspace
     from magsim import plots
     from magsim.recording import Recording

@@ -39,9 +39,10 @@ def train(  # noqa: PLR0917 - the options
 ) -> None:
     """Train METHOD on RECORDINGS: files, or folders of them.
 
-    METHOD is a name such as tl16, magtcn or bp, or a TOML file with the keys method, preset, seed, sensor and a table
-    [params]; options win over the file. The rows with split train are learned, those with split valid may guide or
-    be learned too, those with split test are never looked at.
+    METHOD is a name such as tl16, magtcn or bp, with settings if need be (tl16_gradient:order=2:vertical=false), or a
+    TOML file with the keys method, preset, seed, sensor and a table [params]; options win over the file. The rows with
+    split train are learned, those with split valid may guide or be learned too, those with split test are never looked
+    at.
     """
     from magsim.cli.progress import training
     from magsim.compensation import create
@@ -77,10 +78,13 @@ def train(  # noqa: PLR0917 - the options
 
 
 def _asked(method: str) -> dict[str, Any]:
-    """Method, preset, seed, sensor and parameters, from a name or a TOML file."""
-    asked: dict[str, Any] = {"method": method, "preset": None, "seed": 0, "sensor": None, "params": {}}
+    """Method, preset, seed, sensor and parameters, from a name with settings or a TOML file."""
     if not method.endswith(".toml"):
-        return asked
+        from magsim.compensation import parse_method
+
+        name, params = parse_method(method)
+        preset = params.pop("preset", None)
+        return {"method": name, "preset": preset, "seed": 0, "sensor": None, "params": params}
     from typing import Annotated, Literal
 
     from pydantic import Field, create_model

@@ -352,7 +352,7 @@ def labels(recording: Recording, sensor: str) -> np.ndarray:
     if name not in recording:
         msg = (
             f"recording {recording.name!r} has no label {name!r}: without truth only the self-supervised methods "
-            "(tl16_measured, tl18_measured) can be fitted"
+            "(tl16_measured, tl18_measured, tl16_gradient) can be fitted"
         )
         raise RequestError(msg)
     values = recording[name]

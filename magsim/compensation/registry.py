@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from magsim.compensation.base import Compensator, read_settings, restore
+from magsim.config import value_of
 from magsim.config.schema import did_you_mean
 from magsim.errors import DataError, RequestError
 
@@ -17,10 +18,14 @@ GROUP = "magsim.compensators"
 
 @dataclass(frozen=True)
 class Entry:
-    """One method: a class, or the place of one (``module:name``) that is imported when asked for."""
+    """One method: a class, or the place of one (``module:name``) that is imported when asked for.
+
+    ``params`` are fixed by the name; ``defaults`` are where the name differs from the class and may be changed.
+    """
 
     target: type[Compensator] | str
     params: dict[str, object] = field(default_factory=dict)
+    defaults: dict[str, object] = field(default_factory=dict)
 
     def load(self) -> type[Compensator]:
         """The class."""
@@ -37,6 +42,8 @@ _REGISTRY: dict[str, Entry] = {
     "tl18": Entry(_TL, {"terms": 18}),
     "tl16_measured": Entry(_TL, {"terms": 16, "target": "measured"}),
     "tl18_measured": Entry(_TL, {"terms": 18, "target": "measured"}),
+    # The best of paper 002: order 3, with the height.
+    "tl16_gradient": Entry(_TL, {"terms": 16, "target": "measured"}, {"order": 3, "vertical": True}),
     "magtcn": Entry("magsim.compensation.networks:MagTCNCompensator"),
     "bp": Entry("magsim.compensation.networks:BPCompensator"),
 }
@@ -79,7 +86,7 @@ def lookup(name: str) -> Entry:
     return entry
 
 
-def create(name: str, *, preset: str | None = None, **params: object) -> Compensator:
+def create(name: str, /, *, preset: str | None = None, **params: object) -> Compensator:
     """An unfitted method.
 
     Parameters
@@ -98,13 +105,37 @@ def create(name: str, *, preset: str | None = None, **params: object) -> Compens
     """
     entry = lookup(name)
     cls = entry.load()
-    chosen = {**entry.params, **preset_params(name, preset), **params}
+    chosen = {**entry.params, **entry.defaults, **preset_params(name, preset), **params}
     for key, value in entry.params.items():
         if chosen[key] != value:
             msg = f"method {name}: {key} is {value!r} by its name; it cannot be {chosen[key]!r}"
             raise RequestError(msg)
     checked = cls.check_params(chosen, name)
     return cls(**checked)
+
+
+def parse_method(text: str) -> tuple[str, dict[str, object]]:
+    """Name and settings, as ``create`` takes them, of a method written in one line: ``name:key=value:key=value``.
+
+    Values are those of TOML; what is no TOML value is text. The name itself is not looked up.
+
+    Raises
+    ------
+    RequestError
+        If a part is no ``key=value``, or a key is given twice.
+    """
+    name, *parts = (part.strip() for part in text.split(":"))
+    settings: dict[str, object] = {}
+    for part in parts:
+        key, equals, value = (piece.strip() for piece in part.partition("="))
+        if not (key and equals and value):
+            msg = f"method {text}: {part!r} is not of the form key=value, as in tl16_gradient:order=2:vertical=false"
+            raise RequestError(msg)
+        if key in settings:
+            msg = f"method {text}: {key} is given twice"
+            raise RequestError(msg)
+        settings[key] = value if key == "preset" else value_of(value)
+    return name, settings
 
 
 def preset_params(name: str, preset: str | None) -> dict[str, object]:

@@ -1,16 +1,21 @@
-"""Tolles-Lawson compensation with 16 or 18 terms (papers 000, eq. 26, and 001, eq. 1 to 8)."""
+"""Tolles-Lawson compensation with 16 or 18 terms (papers 000, eq. 26, and 001, eq. 1 to 8).
+
+With the gradient of the Earth's field in the fit it is the model of the towed bird (paper 002, eq. 16 and 17).
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
+from pydantic import Field
 
 from magsim import columns, metrics, signals
 from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate, reading_rows
 from magsim.compensation.features import Design, Inputs, design, requirements, spans
+from magsim.compensation.gradient import Gradient, gradient
 from magsim.compensation.ridge import RidgeFit, fit_ridge
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 
 ROWS_PER_TERM = 10
@@ -64,6 +69,11 @@ class TollesLawsonReport:
         Condition number of the scaled columns that were fitted.
     residual_nt : float [nT]
         Root of the mean squared residual of the fit, in the band where it was fitted in band.
+    gradient : tuple of Term
+        What was found of the Earth's field beside the platform, in nT per degree (to the power of the order) and nT per
+        meter; terms of a second place end in ``[2]``. It is never taken away.
+    origins_deg : tuple of (float, float)
+        Latitude and longitude of each place that the powers of the position are counted from.
     """
 
     terms: tuple[Term, ...]
@@ -71,10 +81,18 @@ class TollesLawsonReport:
     weight: float
     condition: float
     residual_nt: float
+    gradient: tuple[Term, ...] = ()
+    origins_deg: tuple[tuple[float, float], ...] = ()
 
     def __str__(self) -> str:
         lines = [f"{term.name:>10} {term.value: .6e} {term.unit}" for term in self.terms]
         lines += [f"{'offset':>10} {self.offset_nt: .6e} nT"]
+        if self.gradient:
+            places = "; ".join(f"{lat:.4f}, {lon:.4f}" for lat, lon in self.origins_deg)
+            about = f", about latitude and longitude {places}" if places else ""
+            lines += [f"gradient of the Earth's field{about} (fitted, never taken away):"]
+            width = max(10, *(len(term.name) for term in self.gradient))
+            lines += [f"{term.name:>{width}} {term.value: .6e} {term.unit}" for term in self.gradient]
         lines += [f"ridge weight {self.weight:.1e}, condition {self.condition:.3g}, residual {self.residual_nt:.4g} nT"]
         return "\n".join(lines)
 
@@ -103,6 +121,11 @@ class TollesLawson(Compensator):
         answer by its length, so ``sample`` flatters there; with an imperfect one it adds its errors.
     derivative : {"central", "spline"}
         How direction cosines are differentiated.
+    order : int
+        Truncation order of the Earth's field as a function of latitude and longitude, 0 to 4, fitted beside the terms
+        (paper 002): 2, 5, 9, 14 columns. They are signal and never taken away; ``fit`` alone reads the position.
+    vertical : bool
+        Fit the vertical gradient beside the terms: one column, the height. It and ``order`` need band ``in``.
 
     Attributes
     ----------
@@ -122,6 +145,8 @@ class TollesLawson(Compensator):
         fluxgate: str | None = None,
         scale: Literal["constant", "sample"] = "constant",
         derivative: Literal["central", "spline"] = "central",
+        order: Annotated[int, Field(ge=0, le=4)] = 0,
+        vertical: bool = False,
     ) -> None:
         self.terms = terms
         self.target = target
@@ -129,11 +154,16 @@ class TollesLawson(Compensator):
         self.fluxgate = fluxgate
         self.scale = scale
         self.derivative = derivative
+        self.order = order
+        self.vertical = vertical
 
     @property
     def name(self) -> str:  # type: ignore[override]
         """Name in the registry."""
-        return f"tl{self.terms}" + ("_measured" if self.target == "measured" else "")
+        if self.target != "measured":
+            return f"tl{self.terms}"
+        towed = self.terms == 16 and (self.order or self.vertical)
+        return f"tl{self.terms}_" + ("gradient" if towed else "measured")
 
     @property
     def causal(self) -> bool:  # type: ignore[override]
@@ -155,15 +185,21 @@ class TollesLawson(Compensator):
         # The band-pass would spread what the reading holds in dropouts; the label is right there too.
         recordings = cut if self.target == "measured" else recordings
         self.set_params(**self.get_params())
+        self._check_band()
         self._inputs = self._make_inputs(recordings)
         designs = [self._design(recording) for recording in recordings]
         targets = [self._target(recording, sensor) for recording in recordings]
         read = [recording.reads(sensor) for recording in recordings]
-        fit = self._solve(recordings, designs, targets, read)
-        self.coefficients_ = fit.coefficients
+        field = gradient(recordings, self.order, vertical=self.vertical)
+        fit = self._solve(recordings, designs, field, targets, read)
+        self.coefficients_ = fit.coefficients[: self.terms]
         self.offset_nt_ = self._offset(recordings, designs, sensor)
         self.sensor_ = sensor
         self._names, self._units = designs[0].names, designs[0].units
+        values = (fit.coefficients[self.terms :] / field.scale).tolist()
+        found = field.designs[0]
+        self._gradient = tuple(Term(*row) for row in zip(found.names, values, found.units, strict=True))
+        self._origins = tuple((place.lat_deg, place.lon_deg) for place in field.places if self.order)
         self._quality = {"weight": fit.weight, "condition": fit.condition, "residual_nt": fit.residual_std}
         return self
 
@@ -173,12 +209,23 @@ class TollesLawson(Compensator):
         self._require_fitted()
         values = self.coefficients_.tolist()
         terms = tuple(Term(*row) for row in zip(self._names, values, self._units, strict=True))
-        return TollesLawsonReport(terms, self.offset_nt_, **self._quality)
+        found = {"gradient": self._gradient, "origins_deg": self._origins}
+        return TollesLawsonReport(terms, self.offset_nt_, **self._quality, **found)
 
     def interference(self, recording: Recording) -> np.ndarray:
         """Columns times coefficients, (n,) [nT]; no warm-up."""
         self._require_fitted()
         return np.einsum("nc,c->n", self._design(recording).matrix, self.coefficients_) + self.offset_nt_
+
+    def _check_band(self) -> None:
+        if self.band == "in":
+            return
+        if self.target == "measured":
+            msg = "target 'measured' needs band 'in': the unfiltered reading is nearly all Earth's field"
+            raise RequestError(msg)
+        if self.order or self.vertical:
+            msg = "order and vertical need band 'in': unfiltered, the gradient columns would take what is slow"
+            raise RequestError(msg)
 
     def _make_inputs(self, recordings: Sequence[Recording]) -> Inputs:
         fluxgate = pick_fluxgate(recordings, self.fluxgate)
@@ -193,9 +240,6 @@ class TollesLawson(Compensator):
     def _target(self, recording: Recording, sensor: str) -> np.ndarray:
         if self.target == "interference":
             return labels(recording, sensor)
-        if self.band == "broad":
-            msg = "target 'measured' needs band 'in': the unfiltered reading is nearly all Earth's field"
-            raise DataError(msg)
         reading = recording[columns.MAG.name(sensor=sensor)]
         if not np.isfinite(reading).all():
             when = recording.time_s[np.argmin(np.isfinite(reading))]
@@ -207,25 +251,30 @@ class TollesLawson(Compensator):
         self,
         recordings: Sequence[Recording],
         designs: Sequence[Design],
+        field: Gradient,
         targets: Sequence[np.ndarray],
         read: Sequence[np.ndarray],
     ) -> RidgeFit:
-        """Filter and crop, or center, and solve for the coefficients over the rows with a reading."""
+        """Filter and crop, or center, and solve over the rows with a reading: for the terms, then the gradient."""
         if self.band == "broad":
             matrix = np.concatenate([d.matrix[rows] for d, rows in zip(designs, read, strict=True)])
             target = np.concatenate([values[rows] for values, rows in zip(targets, read, strict=True)])
-            self._check_length(len(target), recordings)
+            self._check_length(matrix, recordings)
             return fit_ridge(matrix - matrix.mean(axis=0), target - target.mean())
+        tables = [
+            np.column_stack([d.matrix, beside.matrix, target])
+            for d, beside, target in zip(designs, field.designs, targets, strict=True)
+        ]
         parts = [
-            in_band(np.column_stack([d.matrix, target]), recording.time_s, rows)
-            for recording, d, target, rows in zip(recordings, designs, targets, read, strict=True)
+            in_band(table, recording.time_s, rows)
+            for recording, table, rows in zip(recordings, tables, read, strict=True)
         ]
         rows = np.concatenate(parts)
-        self._check_length(len(rows), recordings)
+        self._check_length(rows[:, :-1], recordings)
         return fit_ridge(rows[:, :-1], rows[:, -1])
 
-    def _check_length(self, rows: int, recordings: Sequence[Recording]) -> None:
-        needed = ROWS_PER_TERM * self.terms
+    def _check_length(self, matrix: np.ndarray, recordings: Sequence[Recording]) -> None:
+        rows, needed = len(matrix), ROWS_PER_TERM * matrix.shape[1]
         if rows < needed:
             longest = max(float(r.time_s[s.stop - 1] - r.time_s[s.start]) for r in recordings for s in spans(r.time_s))
             edge = f" after {signals.EDGE_S:g} s at each end of each piece" if self.band == "in" else ""
@@ -253,6 +302,8 @@ class TollesLawson(Compensator):
             "offset_nt": self.offset_nt_,
             "names": list(self._names),
             "units": list(self._units),
+            "gradient": [list(term) for term in self._gradient],
+            "origins_deg": [list(origin) for origin in self._origins],
             # JSON has no infinity
             "quality": {k: (v if np.isfinite(v) else None) for k, v in self._quality.items()},
         }
@@ -262,6 +313,8 @@ class TollesLawson(Compensator):
         self._inputs = Inputs(values["fluxgate"], self.derivative, values["strength_nt"])
         self.offset_nt_ = float(values["offset_nt"])
         self._names, self._units = tuple(values["names"]), tuple(values["units"])
+        self._gradient = tuple(Term(*row) for row in values.get("gradient", ()))
+        self._origins = tuple((float(lat), float(lon)) for lat, lon in values.get("origins_deg", ()))
         self._quality = {k: float("inf") if v is None else float(v) for k, v in values["quality"].items()}
         self.coefficients_ = np.asarray(arrays["coefficients"], dtype=float)
         if self.coefficients_.shape != (self.terms,):

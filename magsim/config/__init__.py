@@ -14,10 +14,10 @@ from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from magsim.config.document import Document, parse, read
+from magsim.config.document import Document, parse, read, value_of
 from magsim.config.problems import Problems
 
-__all__ = ["Document", "Name", "Numbers", "Problems", "Strict", "Vector", "load", "parse", "read"]
+__all__ = ["Document", "Name", "Numbers", "Problems", "Strict", "Vector", "load", "parse", "read", "value_of"]
 
 
 class Strict(BaseModel):

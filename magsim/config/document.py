@@ -269,12 +269,17 @@ def _read_override(text: str) -> Override:
     if not equals or path is None or isinstance(path[0], int):
         msg = f"--set {text}: is not of the form key.path=value, for example start.alt_m=2500"
         raise RequestError(msg)
-    value = value.strip()
+    return Override(text, path, value_of(value))
+
+
+def value_of(text: str) -> object:
+    """A value as a TOML file has it; what is no TOML value is text."""
+    text = text.strip()
     try:
-        read_back = _loads(f"value = {value}")
+        read_back = _loads(f"value = {text}")
     except ValueError:
         read_back = {}
-    return Override(text, path, read_back["value"] if set(read_back) == {"value"} else value)
+    return read_back["value"] if set(read_back) == {"value"} else text
 
 
 def _apply(table: dict[str, object], override: Override) -> None:

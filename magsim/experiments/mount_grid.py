@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from magsim.aircraft import Aircraft
+from magsim.aircraft import Vehicle
 from magsim.errors import RequestError
 from magsim.field import obstacles
 from magsim.field.meshes import Surface
@@ -47,7 +47,7 @@ class Body:
     mounts_m: np.ndarray | None = None
 
     @classmethod
-    def of(cls, aircraft: Aircraft, skin: Surface | None) -> "Body":
+    def of(cls, aircraft: Vehicle, skin: Surface | None) -> "Body":
         """The body of an aircraft whose skin or outline, if it has one, is given."""
         mounts = np.array(list(aircraft.mounts.values()))
         if skin is not None:
@@ -81,7 +81,7 @@ class Body:
         return cKDTree(np.concatenate(known)).query(points)[0]
 
 
-def free(aircraft: Aircraft, body: Body, points: np.ndarray, spacing_m: float) -> np.ndarray:
+def free(aircraft: Vehicle, body: Body, points: np.ndarray, spacing_m: float) -> np.ndarray:
     """Whether a sensor can be at points, a part of a spacing away from the skin, (p,) bool."""
     clear = np.array([obstacle is None for obstacle in obstacles(aircraft, points)], dtype=bool)
     return clear & (body.distance(points) > SKIN_PART * spacing_m)

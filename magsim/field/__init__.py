@@ -10,12 +10,14 @@ from magsim.field.response import (
     response_at,
     skin_model,
 )
+from magsim.field.towed import compute_tow_field
 
 __all__ = [
     "AircraftResponse",
     "Outline",
     "compute_field",
     "compute_response",
+    "compute_tow_field",
     "load_response",
     "obstacles",
     "outline",

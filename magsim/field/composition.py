@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from magsim.aircraft import Aircraft
+from magsim.aircraft import Aircraft, Vehicle
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
 from magsim.field import crust, electronics, flex, main_field, memory, metal, rotors, targets, variation
 from magsim.field.response import AircraftResponse, load_response, response_at
@@ -77,16 +77,21 @@ def compute_field(
     tell(0.1)
     # Spline fits call LAPACK: on one thread they give the same bits everywhere.
     with threadpool_limits(limits=1, user_api="blas"):
-        situation = Situation.of(scenario, aircraft.magnetics, flight, response, ground)
-        return _compose(situation, aircraft, tell)
+        situation = with_background(Situation.of(scenario, aircraft.magnetics, flight, response, ground))
+        tell(0.5)
+        return compose(situation, aircraft, tell)
 
 
-def _compose(situation: Situation, aircraft: Aircraft, tell: Progress) -> FieldTruth:
+def with_background(situation: Situation) -> Situation:
+    """The situation with its background parts."""
+    names = parts_on(situation.scenario, BACKGROUND)
+    return replace(situation, background={name: MAKERS[name](situation) for name in names})
+
+
+def compose(situation: Situation, vehicle: Vehicle, tell: Progress = lambda _: None) -> FieldTruth:
+    """Every part at the mounts of a situation that has its background; ``tell`` is told shares from 0.5 to 1."""
     scenario = situation.scenario
-    background = {name: MAKERS[name](situation) for name in parts_on(scenario, BACKGROUND)}
-    situation = replace(situation, background=background)
-    tell(0.5)
-    parts = {name: part[:, :-1] for name, part in background.items()}
+    parts = {name: part[:, :-1] for name, part in situation.background.items()}
     platform = parts_on(scenario, PLATFORM)
     for done, name in enumerate(platform, start=1):
         scale, part = getattr(scenario.field, name).scale, MAKERS[name](situation)
@@ -95,7 +100,7 @@ def _compose(situation: Situation, aircraft: Aircraft, tell: Progress) -> FieldT
         tell(0.5 + 0.5 * done / len(platform))
     bending = flex.Bending.of(situation)
     if bending.shifts_b:
-        _bend(parts, situation, bending, response_at(aircraft, flex.places_around(situation, bending)))
+        _bend(parts, situation, bending, response_at(vehicle, flex.places_around(situation, bending)))
     for part in parts.values():
         part.flags.writeable = False  # handed over, not copied
     onboard = situation.onboard if "electronics" in parts else electronics.Onboard()

@@ -107,3 +107,10 @@ def hinged_field(dipole: HingedDipole, cos: np.ndarray, sin: np.ndarray, point: 
         field[:, i] = radial * (ray[0, i] + ray[1, i] * cos + ray[2, i] * sin)
         field[:, i] -= cubed * (moment[0, i] + moment[1, i] * cos + moment[2, i] * sin)
     return field
+
+
+def hinged_motion(dipole: HingedDipole, cos: np.ndarray, sin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places [m] and moments [A m^2] of a dipole while it turns, (n, 3) each, from cosine and sine (n,)."""
+    arm, moment = (_turned(dipole.hinge_axis, v) for v in (dipole.position - dipole.hinge_point, dipole.moment))
+    terms = np.stack([np.ones_like(cos), cos, sin])
+    return dipole.hinge_point + terms.T @ arm, terms.T @ moment

@@ -110,8 +110,8 @@ def viscosity(
     return out
 
 
-def memory(situation: Situation) -> np.ndarray | None:
-    """Field of what the steel remembers, ``D z``, (n, s, 3) [nT]; None for an aircraft without ``[memory]``."""
+def remembered(situation: Situation) -> np.ndarray | None:
+    """The field ``z`` that the steel answers beside the ambient one, (n, 3) [nT]; None without ``[memory]``."""
     told, settings = situation.magnetics.memory, situation.scenario.field.memory
     if told is None:
         return None
@@ -122,4 +122,12 @@ def memory(situation: Situation) -> np.ndarray | None:
     if settings.viscosity:
         weights, step_s = told.viscosity_weights, situation.step_s
         state += viscosity(ambient_b, told.viscosity_s, weights, step_s, settings.start)
+    return state
+
+
+def memory(situation: Situation) -> np.ndarray | None:
+    """Field of what the steel remembers, ``D z``, (n, s, 3) [nT]; None for an aircraft without ``[memory]``."""
+    state = remembered(situation)
+    if state is None:
+        return None
     return np.einsum("sij,nj->nsi", situation.response.induced[situation.rows], state)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from magsim.errors import RequestError
-from magsim.field.dipoles import hinged_field
+from magsim.field.dipoles import HingedDipole, hinged_field
 from magsim.field.eddy import step_rate
 from magsim.field.response import AircraftResponse
 from magsim.field.situation import Situation
@@ -26,6 +26,14 @@ def hinged(situation: Situation) -> np.ndarray:
     """
     positions = situation.positions_m
     out = np.zeros((len(situation.time_s), len(positions), 3))
+    for dipole, cos, sin in hinged_turns(situation):
+        for s, position in enumerate(positions):
+            out[:, s] += hinged_field(dipole, cos, sin, position)
+    return out
+
+
+def hinged_turns(situation: Situation) -> list[tuple[HingedDipole, np.ndarray, np.ndarray]]:
+    """Dipoles on control surfaces with cosine and sine of their deflections, (n,) or (1,) each; see ``hinged``."""
     angles = situation.flight.controls_at(situation.time_s)
     turns = {name: (np.cos(angle), np.sin(angle)) for name, angle in angles.items()}
     rest, at_rest = (np.ones(1), np.zeros(1)), situation.scenario.field.hinged.at_rest
@@ -38,10 +46,7 @@ def hinged(situation: Situation) -> np.ndarray:
                 f"track, field.hinged.at_rest = ['{dipole.surface}'], or field.hinged.enabled = false"
             )
             raise RequestError(msg)
-        cos, sin = turns.get(dipole.surface, rest)
-        for s, position in enumerate(positions):
-            out[:, s] += hinged_field(dipole, cos, sin, position)
-    return out
+    return [(dipole, *turns.get(dipole.surface, rest)) for dipole in situation.response.hinged]
 
 
 def induced(situation: Situation) -> np.ndarray:
@@ -73,11 +78,23 @@ def eddy_field(response: AircraftResponse, rows: np.ndarray, rate: np.ndarray, s
     -------
     (n, s, 3) [nT]
     """
-    if not part.lag:
-        return np.einsum("sij,nj->nsi", response.eddy_slow_s[rows], rate)
+    states = eddy_states(response, rate, step_s, part)
     # States of all modes first, then one product with their fields: (n, k) is small beside (n, s, 3) for each mode.
+    fields = response.field[rows].reshape(3 * len(rows), len(response.tau_s))
+    return (states @ fields.T).reshape(len(rate), len(rows), 3)
+
+
+def eddy_states(response: AircraftResponse, rate: np.ndarray, step_s: float, part: Eddy) -> np.ndarray:
+    """States of the modes of the eddy currents; see ``eddy_field``.
+
+    Returns
+    -------
+    (n, k)
+        What ``response.field`` multiplies.
+    """
     driven = rate @ response.drive.T
+    if not part.lag:
+        return -driven
     for k, tau in enumerate(response.tau_s):
         driven[:, k] = step_rate(tau, driven[:, k], step_s)
-    fields = response.field[rows].reshape(3 * len(rows), len(response.tau_s))
-    return (driven @ fields.T).reshape(len(rate), len(rows), 3)
+    return driven

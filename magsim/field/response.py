@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from magsim.aircraft import Aircraft, Magnetics
+from magsim.aircraft import Magnetics, Vehicle
 from magsim.aircraft.magnetics import Coil
 from magsim.arrays import readonly
 from magsim.errors import RequestError
@@ -149,7 +149,7 @@ EDDY = {"coils": _coils, "skin": _skin}
 
 
 def _solve(
-    aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel, eddy: str, *, full: bool = True
+    aircraft: Vehicle, places: Mapping[str, Sequence[float]], steel: SteelModel, eddy: str, *, full: bool = True
 ) -> Arrays:
     """All numbers that take time, as arrays by name."""
     points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
@@ -167,7 +167,7 @@ def _solve(
     return arrays
 
 
-def _check_places(aircraft: Aircraft, places: Mapping[str, Sequence[float]], steel: SteelModel) -> None:
+def _check_places(aircraft: Vehicle, places: Mapping[str, Sequence[float]], steel: SteelModel) -> None:
     """Refuse places in or at the steel, as its mesh has it."""
     words = {f"{'mount' if name in aircraft.mounts else 'place'} {name!r}": point for name, point in places.items()}
     try:
@@ -192,7 +192,7 @@ def _assemble(magnetics: Magnetics, names: tuple[str, ...], arrays: Arrays) -> A
     return AircraftResponse(mounts=names, hinged=hinged, **arrays)
 
 
-def eddy_model(aircraft: Aircraft, asked: str | None = None) -> str:
+def eddy_model(aircraft: Vehicle, asked: str | None = None) -> str:
     """Name of the model of eddy currents that is used: what is asked, else what the aircraft's file gives.
 
     Raises
@@ -206,12 +206,12 @@ def eddy_model(aircraft: Aircraft, asked: str | None = None) -> str:
     return asked or aircraft.magnetics.eddy_model
 
 
-def compute_response(aircraft: Aircraft, eddy: str | None = None) -> AircraftResponse:
+def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResponse:
     """Response of an aircraft at all its mounts, computed anew on one thread, but for its skin: that has its own cache.
 
     Parameters
     ----------
-    aircraft : Aircraft
+    aircraft : Vehicle
         Only its ``magnetics`` count, and the files that they name.
     eddy : str, optional
         ``"skin"`` or ``"coils"``; see ``eddy_model``.
@@ -226,7 +226,7 @@ def compute_response(aircraft: Aircraft, eddy: str | None = None) -> AircraftRes
 
 
 def response_at(
-    aircraft: Aircraft, places: Mapping[str, Sequence[float]], eddy: str | None = None, *, full: bool = True
+    aircraft: Vehicle, places: Mapping[str, Sequence[float]], eddy: str | None = None, *, full: bool = True
 ) -> AircraftResponse:
     """Response of an aircraft at any places; its steel and its skin are solved once and kept by content.
 
@@ -235,7 +235,7 @@ def response_at(
 
     Parameters
     ----------
-    aircraft : Aircraft
+    aircraft : Vehicle
         Only its ``magnetics`` count, and the files that they name.
     places : mapping of str to (3,) [m]
         Body axes; by name.
@@ -256,12 +256,12 @@ def response_at(
     )
 
 
-def obstacles(aircraft: Aircraft, points: np.ndarray) -> list[str | None]:
+def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
     """For each place what is in the way of a sensor, with what is allowed; None where nothing is.
 
     Parameters
     ----------
-    aircraft : Aircraft
+    aircraft : Vehicle
     points : (p, 3) [m]
         Body axes.
     """
@@ -273,7 +273,7 @@ def obstacles(aircraft: Aircraft, points: np.ndarray) -> list[str | None]:
     ]
 
 
-def load_response(aircraft: Aircraft, eddy: str | None = None) -> AircraftResponse:
+def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResponse:
     """The same as ``compute_response``, kept by content: the first call computes, later ones read.
 
     The cache counts the source code of ``magsim.field`` into the key.

@@ -171,10 +171,8 @@ class RotatingPart:
         return mean, half * (radial - np.outer(side, side)), half * mixed
 
 
-def rotating_field(
-    part: RotatingPart, motion: Turning, step_s: float, points: np.ndarray, ambient_b: np.ndarray
-) -> np.ndarray:
-    """Field of a rotating part, each sample the mean over its step.
+def rotating_moment(part: RotatingPart, motion: Turning, step_s: float, ambient_b: np.ndarray) -> np.ndarray:
+    """Moment of a rotating part, each sample the mean over its step.
 
     The permanent moment makes a constant and the first harmonic, the steel a constant and the second harmonic of the
     ambient field, which is held over a step.
@@ -184,28 +182,30 @@ def rotating_field(
     part : RotatingPart
     motion : Turning
     step_s : float [s]
-    points : (s, 3) [m]
     ambient_b : (n, 3) [nT]
 
     Returns
     -------
-    (n, s, 3) [nT]
+    (n, 3) [A m^2]
     """
-    kernel = part.kernel(points)
-    fixed, cosine, sine = (np.einsum("sij,j->si", kernel, moment) for moment in part.moments())
+    fixed, cosine, sine = part.moments()
     once = mean_tone(motion, step_s)
-    out = np.empty((len(once), *fixed.shape))
-    np.multiply(once.real[:, None, None], cosine, out=out)
-    out += once.imag[:, None, None] * sine + fixed
+    out = fixed + once.real[:, None] * cosine + once.imag[:, None] * sine
     if np.any(part.polarizability):
         twice = mean_tone(motion.at_ratio(2.0), step_s)
-        # D of the steel: the moment alpha B / mu0 times the kernel mu0 / (4 pi) (...).
+        # alpha B / mu0, in terms of the constant of a dipole's field
         share = 1.0 / (4.0 * np.pi * SCALE)
-        steady, even, odd = (share * np.einsum("sij,jk->sik", kernel, alpha) for alpha in part.polarizabilities())
-        for tensor, factor in ((steady, None), (even, twice.real), (odd, twice.imag)):
-            field = np.einsum("sij,nj->nsi", tensor, ambient_b)
-            out += field if factor is None else factor[:, None, None] * field
+        steady, even, odd = (share * np.einsum("jk,nk->nj", alpha, ambient_b) for alpha in part.polarizabilities())
+        out += steady + twice.real[:, None] * even + twice.imag[:, None] * odd
     return out
+
+
+def rotating_field(
+    part: RotatingPart, motion: Turning, step_s: float, points: np.ndarray, ambient_b: np.ndarray
+) -> np.ndarray:
+    """Field of a rotating part at fixed points (s, 3) [m], (n, s, 3) [nT]; see ``rotating_moment``."""
+    moment = rotating_moment(part, motion, step_s, ambient_b)
+    return np.einsum("sij,nj->nsi", part.kernel(points), moment)
 
 
 def rotor_stream(seed: int, rotor: str) -> np.random.Generator:
@@ -236,15 +236,20 @@ def turning_of(situation: Situation, name: str) -> Turning:
     return turning(situation.time_s, [speed, wander(logged, rotor.wander_rpm * RPM, rotor.wander_s, random)], phase)
 
 
+def rotating_moments(situation: Situation) -> list[tuple[RotatingPart, np.ndarray]]:
+    """All that turns, with its moment along the flight, (n, 3) [A m^2]."""
+    magnetics = situation.magnetics
+    motions = {name: turning_of(situation, name) for name in dict.fromkeys(d.rotor for d in magnetics.rotating)}
+    parts = [(_part(dipole, magnetics.rotors[dipole.rotor]), motions[dipole.rotor]) for dipole in magnetics.rotating]
+    step_s, ambient_b = situation.step_s, situation.ambient_b
+    return [(part, rotating_moment(part, motion, step_s, ambient_b)) for part, motion in parts]
+
+
 def propeller(situation: Situation) -> np.ndarray | None:
     """Field of all that turns, (n, s, 3) [nT], each sample its mean over the step; None where nothing does."""
-    magnetics = situation.magnetics
-    if not magnetics.rotating:
+    if not situation.magnetics.rotating:
         return None
     out = np.zeros((len(situation.time_s), len(situation.mounts), 3))
-    motions = {name: turning_of(situation, name) for name in dict.fromkeys(d.rotor for d in magnetics.rotating)}
-    for dipole in magnetics.rotating:
-        part = _part(dipole, magnetics.rotors[dipole.rotor])
-        motion, step_s = motions[dipole.rotor], situation.step_s
-        out += rotating_field(part, motion, step_s, situation.positions_m, situation.ambient_b)
+    for part, moment in rotating_moments(situation):
+        out += np.einsum("sij,nj->nsi", part.kernel(situation.positions_m), moment)
     return out

@@ -16,10 +16,10 @@ from magsim.terrain import Ground
 from magsim.trajectory import Flight, Trajectory
 
 
-def used_mounts(scenario: Scenario) -> tuple[str, ...]:
-    """Mounts of all magnetic sensors of a scenario, in the order of first use."""
+def used_mounts(scenario: Scenario, body: str = "carrier") -> tuple[str, ...]:
+    """Mounts of all magnetic sensors that a body carries, in the order of first use."""
     sensors = (*scenario.sensors.scalar, *scenario.sensors.fluxgate)
-    return tuple(dict.fromkeys(sensor.mount for sensor in sensors))
+    return tuple(dict.fromkeys(sensor.mount for sensor in sensors if sensor.body == body))
 
 
 def simulation_times(flight: Flight) -> np.ndarray:
@@ -72,10 +72,12 @@ class Situation:
         flight: Flight,
         response: AircraftResponse,
         ground: Ground | None = None,
+        *,
+        mounts: tuple[str, ...] | None = None,
     ) -> "Situation":
-        """The situation of a flight, without background."""
+        """The situation of a flight, without background; at the mounts of the carrier's sensors if none are told."""
         time_s = simulation_times(flight)
-        mounts, motion = used_mounts(scenario), flight.carrier.at(time_s)
+        mounts, motion = used_mounts(scenario) if mounts is None else mounts, flight.carrier.at(time_s)
         return cls(scenario, magnetics, flight, response, ground, mounts, time_s, motion, {})
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from magsim.aircraft import Aircraft
+from magsim.aircraft import Vehicle
 from magsim.aircraft.magnetics import (
     Bar,
     BoxSheet,
@@ -341,17 +341,17 @@ def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mappin
     return arrays
 
 
-def file_digests(aircraft: Aircraft) -> dict[str, str]:
+def file_digests(aircraft: Vehicle) -> dict[str, str]:
     """SHA-256 of the files of triangles of an aircraft, by name."""
     return {name: hashlib.sha256(content).hexdigest() for name, content in aircraft.files.items()}
 
 
-def compute_steel(aircraft: Aircraft) -> SteelModel:
+def compute_steel(aircraft: Vehicle) -> SteelModel:
     """The magnetized steel of an aircraft, computed anew on one thread.
 
     Parameters
     ----------
-    aircraft : Aircraft
+    aircraft : Vehicle
         Its steel, its permanent moments and the files of triangles count.
 
     Raises
@@ -362,12 +362,12 @@ def compute_steel(aircraft: Aircraft) -> SteelModel:
     return _model(aircraft, lambda _, make: make())
 
 
-def load_steel(aircraft: Aircraft) -> SteelModel:
+def load_steel(aircraft: Vehicle) -> SteelModel:
     """The same as ``compute_steel``, kept by content: the first call computes, later ones read."""
     return _model(aircraft, lambda key, make: cached("steel", key, make))
 
 
-def _model(aircraft: Aircraft, get: Callable[[dict[str, object], Callable[[], Arrays]], Arrays]) -> SteelModel:
+def _model(aircraft: Vehicle, get: Callable[[dict[str, object], Callable[[], Arrays]], Arrays]) -> SteelModel:
     steel = aircraft.magnetics.steel
     dipoles = [dipole for dipole in aircraft.magnetics.permanent if not dipole.installed]
     if not steel:

@@ -44,27 +44,46 @@ def body_from_inches(position_in: Sequence[float], facts: Facts) -> tuple[float,
     )
 
 
-def model_files(facts: Facts, name: str, *, twin: bool = False, air_xml: str = STILL_AIR) -> dict[str, str]:
+PULLS = (("tow_n", "1 0 0"), ("tow_e", "0 1 0"), ("tow_d", "0 0 1"))
+"""Forces of a rope in local axes: name, and direction north, east, down."""
+
+
+def model_files(
+    facts: Facts,
+    name: str,
+    *,
+    twin: bool = False,
+    air_xml: str = STILL_AIR,
+    hook_b: Sequence[float] | None = None,
+) -> dict[str, str]:
     """Text of the files of a model by their places below a folder; with direct thrust for its twin."""
     engine = {f"engine/{file}.xml": text for file, text in engine_files(facts, twin=twin).items()}
     return {
-        f"aircraft/{name}/{name}.xml": airframe_xml(facts, name),
+        f"aircraft/{name}/{name}.xml": airframe_xml(facts, name, hook_b),
         **engine,
         f"systems/{SYSTEM}.xml": system_xml(facts),
         f"systems/{AIR}.xml": air_xml,
     }
 
 
-def write_model(facts: Facts, folder: Path, name: str, *, twin: bool = False, air_xml: str = STILL_AIR) -> None:
+def write_model(
+    facts: Facts,
+    folder: Path,
+    name: str,
+    *,
+    twin: bool = False,
+    air_xml: str = STILL_AIR,
+    hook_b: Sequence[float] | None = None,
+) -> None:
     """Write ``aircraft/<name>/<name>.xml``, engine and systems below a folder, as JSBSim looks for them."""
-    for path, text in model_files(facts, name, twin=twin, air_xml=air_xml).items():
+    for path, text in model_files(facts, name, twin=twin, air_xml=air_xml, hook_b=hook_b).items():
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
 
 
-def airframe_xml(facts: Facts, name: str) -> str:
-    """The airframe: metrics, mass, wheels, engine, aerodynamics.
+def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None) -> str:
+    """The airframe: metrics, mass, wheels, engine, aerodynamics, and a rope that pulls on a hook.
 
     Aerodynamic moments refer to a point of the airframe, whatever the load does to the center of gravity. The product
     of inertia is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its negative.
@@ -108,8 +127,21 @@ def airframe_xml(facts: Facts, name: str) -> str:
 {"".join(_tank_xml(place, fuel, capacity, facts) for place, fuel, capacity in tanks(facts))} </propulsion>
  <system file="{SYSTEM}"/>
  <system file="{AIR}"/>
-{_aerodynamics_xml(facts)}</fdm_config>
+{_aerodynamics_xml(facts)}{"" if hook_b is None else _rope_xml(hook_b, facts)}</fdm_config>
 """
+
+
+def _rope_xml(hook_b: Sequence[float], facts: Facts) -> str:
+    """Forces in local axes at a hook, whose magnitudes are written step by step."""
+    forces = ""
+    for name, direction in PULLS:
+        x, y, z = direction.split()
+        forces += f"""  <force name="{name}" frame="LOCAL">
+   {_location("", hook_b, facts)}
+   <direction><x>{x}</x><y>{y}</y><z>{z}</z></direction>
+  </force>
+"""
+    return f" <external_reactions>\n{forces} </external_reactions>\n"
 
 
 def _location(name: str, position_b: Sequence[float], facts: Facts) -> str:

@@ -11,7 +11,8 @@ from magsim.flight.guidance import Crossing
 from magsim.flight.maneuvers import Sweep
 from magsim.flight.patterns import LocalPlane
 from magsim.scenario import PatternBase, Scenario, Square, parts_of
-from magsim.trajectory import ManeuverFlown, Segment, Trajectory
+from magsim.terrain import Ground
+from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
 
 
 def segments_of(
@@ -137,5 +138,26 @@ def check_quiet(entry: dict[str, float | int], sweeps: Sequence[Sweep], quiet_s:
                 f"the {sweep.axis} maneuver of leg {sweep.leg}, circuit {sweep.circuit} was flown "
                 f"{max(0.0, before, after):.1f} s from the center, less than pattern.quiet_s = {quiet_s:g}: the speed "
                 "over ground was not the foreseen one; allowed: less turbulence, shorter trains or longer legs"
+            )
+            raise DataError(msg)
+
+
+def check_height(flight: Flight, ground: Ground | None) -> None:
+    """Refuse a flight whose bird, or whose carrier, comes down to the ground: the ellipsoid where there is none.
+
+    Raises
+    ------
+    DataError
+    """
+    for name, path in (("carrier", flight.carrier), ("bird", flight.bird)):
+        if path is None:
+            continue
+        below = 0.0 if ground is None else ground.height(path.lat_rad, path.lon_rad)
+        low = path.alt_m <= below
+        if low.any():
+            row = int(low.argmax())
+            msg = (
+                f"the {name} touched the ground at t = {path.time_s[row]:.1f} s, {path.alt_m[row]:.0f} m above the "
+                "ellipsoid; allowed: a flight above the ground, the rope's length included"
             )
             raise DataError(msg)

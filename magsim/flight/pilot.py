@@ -5,6 +5,7 @@ from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from magsim.scenario import FlapMove, PatternBase
 from magsim.terrain import Ground
 from magsim.trajectory import Trajectory
 from magsim.units import FT
+
+if TYPE_CHECKING:
+    from magsim.flight.tow.coupled import Coupled
 
 CLIMB_LEAD_S = 0.8
 """The pitch loops take about so long to take up a planned climb."""
@@ -135,6 +139,8 @@ class Pilot:
         Along the path; without it the plant's first height is held.
     flaps : sequence of FlapMove
         Settings of the flap lever.
+    coupled : Coupled, optional
+        What pulls on the hook of the setup.
 
     Attributes
     ----------
@@ -159,13 +165,14 @@ class Pilot:
         watch: Watch | None = None,
         heights: HeightPlan | None = None,
         flaps: Sequence[FlapMove] = (),
+        coupled: "Coupled | None" = None,
     ) -> None:
         self._ground = None if ground is None or ground.level else ground
         self._below: list[float] = []
         self._heights = heights
         self._before_m = [0.0, *accumulate(element.length_m for element in path)]
         self.planned: list[tuple[float, float]] = []
-        self.plant = Plant(facts, setup)
+        self.plant = Plant(facts, setup, coupled)
         highest_m = setup.alt_m if heights is None else float(heights.height_m.max())
         most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(highest_m), LIFT_PART)
         self.guidance = Guidance(path, facts, along_m, most_bank)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import jsbsim
 import numpy as np
@@ -20,10 +21,14 @@ from magsim.flight.aero import flap_lift
 from magsim.flight.air import CALM, Weather, weather_xml
 from magsim.flight.autopilot import INPUTS, Sine
 from magsim.flight.engines import lever_of, settling_time
-from magsim.flight.model import STILL_AIR, write_model
+from magsim.flight.model import PULLS, STILL_AIR, write_model
 from magsim.flight.patterns import LocalPlane
 from magsim.flight.rates import INTEGRATORS, integrators_for
+from magsim.flight.tow.line import Felt
 from magsim.units import FT, LB, LBF, SLUG_FT3
+
+if TYPE_CHECKING:
+    from magsim.flight.tow.coupled import Coupled
 
 CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("lat", "position/lat-geod-rad", 1.0),
@@ -99,6 +104,8 @@ class Setup:
         What of the longitude is added to headings, see ``magsim.earth.grid``.
     grid_lon : float [rad]
         Longitude of the start point.
+    hook_b : (3,) [m], optional
+        Where a rope pulls, body axes from the datum.
     """
 
     lat_rad: float
@@ -114,6 +121,7 @@ class Setup:
     burn: bool = False
     grid: float = 0.0
     grid_lon: float = 0.0
+    hook_b: tuple[float, float, float] | None = None
 
     @property
     def local_wind_mps(self) -> tuple[float, float]:
@@ -151,17 +159,24 @@ def silence() -> None:
     jsbsim.set_logger(logger)
 
 
-def load(facts: Facts, step_hz: int, *, twin: bool = False, air_xml: str = STILL_AIR) -> jsbsim.FGFDMExec:
+def load(
+    facts: Facts,
+    step_hz: int,
+    *,
+    twin: bool = False,
+    air_xml: str = STILL_AIR,
+    hook_b: tuple[float, float, float] | None = None,
+) -> jsbsim.FGFDMExec:
     """A fresh instance of an aircraft's flight model, or of its twin with direct thrust, for trim and linearization.
 
     Its step rate is set before its filters are built.
 
-    ``air_xml`` is the system of shear and gusts; without it the air has neither.
+    ``air_xml`` is the system of shear and gusts; without it the air has neither. ``hook_b`` is where a rope pulls.
     """
     silence()
     with tempfile.TemporaryDirectory(prefix="magsim-") as name:
         folder = Path(name).resolve()
-        write_model(facts, folder, "aircraft", twin=twin, air_xml=air_xml)
+        write_model(facts, folder, "aircraft", twin=twin, air_xml=air_xml, hook_b=hook_b)
         return load_from(folder, "aircraft", 1.0 / step_hz, integrators_for(facts, step_hz))
 
 
@@ -255,7 +270,8 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     begun = _earlier(setup, settling_s)
     north, east = wind = begun.local_wind_mps
     heading = crab_heading(setup.speed_mps, begun.course, wind)
-    fdm = load(facts, setup.step_hz, air_xml=weather_xml(setup.weather, setup.wind_mps, setup.grid, setup.grid_lon))
+    air_xml = weather_xml(setup.weather, setup.wind_mps, setup.grid, setup.grid_lon)
+    fdm = load(facts, setup.step_hz, air_xml=air_xml, hook_b=setup.hook_b)
     _initial_place(fdm, begun)
     fdm["ic/phi-rad"] = trimmed.roll
     fdm["ic/theta-rad"] = trimmed.pitch
@@ -305,6 +321,8 @@ class Plant:
     ----------
     facts : Facts
     setup : Setup
+    coupled : Coupled, optional
+        What pulls on the hook of the setup.
 
     Attributes
     ----------
@@ -314,7 +332,7 @@ class Plant:
         Time since the plant's start.
     """
 
-    def __init__(self, facts: Facts, setup: Setup) -> None:
+    def __init__(self, facts: Facts, setup: Setup, coupled: "Coupled | None" = None) -> None:
         self._fdm = start(facts, setup)
         self._run = self._fdm.run
         self._step_s = 1.0 / setup.step_hz
@@ -327,6 +345,10 @@ class Plant:
         self._floor_ft = setup.ground_m / FT
         self._clock_s = self._fdm["simulation/sim-time-sec"]
         self.row: list[float] = [read() for read in self._readers]
+        self._coupled = coupled
+        if coupled is not None:
+            self._pulls = [_node(manager, f"external_reactions/{name}/magnitude").set_double_value for name, _ in PULLS]
+            coupled.begin(self._felt())
 
     @property
     def time_s(self) -> float:
@@ -347,14 +369,32 @@ class Plant:
             If the flight has diverged, touched the ground or left the flight model's envelope.
         """
         run = self._run
-        for _ in range(steps):
-            run()
+        if self._coupled is None:
+            for _ in range(steps):
+                run()
+        else:
+            for _ in range(steps):
+                run()
+                self._pull(self._coupled.step(self._felt()))
         self._steps += steps
         self.row = row = [read() for read in self._readers]
         trouble = self._outside(row, self._floor_ft)
         if trouble:
             raise FlightTroubleError(trouble, row, self.time_s)
         return row
+
+    def _felt(self) -> Felt:
+        """The state that a line under the aircraft feels."""
+        return Felt(*[self._readers[index]() * factor for index, factor in _FELT])
+
+    def _pull(self, force_n: tuple[float, float, float]) -> None:
+        """Pull on the hook in the next step."""
+        if not math.isfinite(sum(force_n)):
+            self.row = [read() for read in self._readers]
+            trouble = "lost the swing of its bird"
+            raise FlightTroubleError(trouble, self.row, self.time_s)
+        for write, force in zip(self._pulls, force_n, strict=True):
+            write(force / LBF)
 
     def ground(self, height_m: float) -> None:
         """Tell the height of the ground below, above the ellipsoid, at which it is touched."""
@@ -401,6 +441,8 @@ class FlightTroubleError(DataError):
 
 MOTION = ("lat", "lon", "v_north", "v_east", "v_down", "heading", "airspeed")
 """Quantities that guidance reads on every tick."""
+
+_FELT = tuple((COLUMN[name], CHANNELS[COLUMN[name]][2]) for name in Felt._fields)
 
 _MOTION = tuple((COLUMN[name], CHANNELS[COLUMN[name]][2]) for name in MOTION)
 

@@ -3,6 +3,7 @@
 import math
 
 from magsim.aircraft.facts import Facts
+from magsim.aircraft.kinematic import KinematicFacts
 from magsim.errors import RequestError
 from magsim.flight.aero import derivatives, inertia
 from magsim.units import RHO0
@@ -69,8 +70,8 @@ def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
     return INTEGRATORS | {"rate/rotational": order}
 
 
-def log_rate_hz(facts: Facts, step_hz: int) -> int:
+def log_rate_hz(facts: Facts | KinematicFacts, step_hz: int) -> int:
     """Log rate [Hz] that carries an aircraft's attitude in turbulence, up to the step rate."""
-    needed = ROWS_PER_DECAY * fastest_decay(facts)
+    needed = 0.0 if isinstance(facts, KinematicFacts) else ROWS_PER_DECAY * fastest_decay(facts)
     fitting = [rate for rate in LOG_RATES_HZ if step_hz % rate == 0]
     return next((rate for rate in fitting if rate >= needed), fitting[-1])

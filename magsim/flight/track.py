@@ -21,7 +21,7 @@ from magsim.trajectory import Flight, Segment, Trajectory, Turning
 
 
 def fly_track(
-    scenario: Scenario, aircraft: Aircraft, track: TrackLog, ground: Ground | None, margin_s: float
+    scenario: Scenario, aircraft: Aircraft, track: TrackLog, ground: Ground | None, margins_s: tuple[float, float]
 ) -> Flight:
     """The flight of a logged track.
 
@@ -33,26 +33,28 @@ def fly_track(
     track : TrackLog
     ground : Ground, optional
         Gives the geoid for heights above the sea.
-    margin_s : float
-        Time at both ends of the file that is not recorded: the run-in of filters.
+    margins_s : (float, float)
+        Time at the beginning and at the end of the file that is not recorded: the run-in of filters, and before that
+        of a towed bird.
 
     Returns
     -------
     Flight
-        Row 0 is ``margin_s`` after the file's first row.
+        Row 0 is the first margin after the file's first row.
     """
+    before_s, after_s = margins_s
     pattern = scenario.pattern
     lat, lon = _position(scenario, track)
     alt = track["alt"] + (ground.geoid_m if pattern.heights == "sea" and ground is not None else 0.0)
-    time = (track["time"] - track["time"][0]) - margin_s
+    time = (track["time"] - track["time"][0]) - before_s
     place = CubicSpline(time, np.column_stack([lat, np.unwrap(lon), alt]))
     turning = Turning(time, lat, lon, np.stack([track[name] for name in ("roll", "pitch", "heading")], axis=-1))
     settings, rate_hz = scenario.flight, scenario.recording.rate_hz
     log_hz = settings.log_hz or log_rate_hz(aircraft.facts, settings.step_hz)
     last = math.floor(time[-1] * log_hz + 1e-9)
-    grid = np.arange(-round(margin_s * log_hz), last + 1) / log_hz
-    carrier = _trajectory(place(grid), place(grid, 1), turning, grid, aircraft.facts.cg_b)
-    duration = math.floor((last / log_hz - margin_s) * rate_hz + 1e-9) / rate_hz
+    grid = np.arange(-round(before_s * log_hz), last + 1) / log_hz
+    carrier = motion_of(place(grid), place(grid, 1), turning, grid, aircraft.facts.cg_b)
+    duration = math.floor((last / log_hz - after_s) * rate_hz + 1e-9) / rate_hz
     surfaces = {name: track[name] for name in SURFACES if name in track}
     controls = {name: CubicSpline(time, value)(grid) for name, value in surfaces.items()}
     return Flight(
@@ -82,7 +84,7 @@ def _position(scenario: Scenario, track: TrackLog) -> tuple[np.ndarray, np.ndarr
     return plane.geodetic(track["north"], track["east"])
 
 
-def _trajectory(
+def motion_of(
     place: np.ndarray, change: np.ndarray, turning: Turning, time_s: np.ndarray, cg_b: tuple[float, ...]
 ) -> Trajectory:
     """Motion from latitude, longitude and height, their time derivatives, (n, 3) each, and the curve of rotation."""

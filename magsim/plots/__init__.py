@@ -29,6 +29,7 @@ __all__ = [
     "plot_mounts",
     "plot_residuals",
     "plot_spectrum",
+    "plot_tow",
     "save",
 ]
 
@@ -76,6 +77,15 @@ def plot_electronics(recording: Recording, sensor: str | None = None) -> "Figure
         )
         raise RequestError(msg)
     return _figures().electronics(recording, sensor)
+
+
+def plot_tow(recording: Recording, sensor: str | None = None) -> "Figure":
+    """How a towed bird swings: angles, tension, heights, what that does to the field, and the spectrum of it."""
+    sensor = pick_sensor(recording, sensor)
+    if columns.TRUE_ROPE_TENSION.name() not in recording:
+        msg = f"recording {recording.name!r} has no rope; this figure needs a simulated tow with its truth"
+        raise RequestError(msg)
+    return _figures("tow").tow(recording, sensor)
 
 
 def plot_residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndarray]) -> "Figure":
@@ -127,6 +137,7 @@ KINDS: dict[str, Callable[[Recording, str | None], "Figure"]] = {
     "interference": plot_interference,
     "spectrum": plot_spectrum,
     "electronics": plot_electronics,
+    "tow": plot_tow,
 }
 """Kinds of ``magsim plot``."""
 

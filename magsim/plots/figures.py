@@ -15,20 +15,23 @@ from magsim.recording import Recording
 INK = "#22262b"
 GRAY = "#8a9099"
 GROUND = "#c9b8a2"
-COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6", "#7a7a7a")
+COLORS = ("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6", "#7a7a7a", "#c2557f")
 MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf", 4: "#e7dcef"}
 PART_COLORS = dict(zip(columns.PLATFORM, COLORS, strict=True))
+ANGLES = ("roll", "pitch", "heading")
 STEADY_A = 0.1
 """Range of a current below which it is not drawn [A]."""
 
 
-def _new(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of a size [in]."""
     figure = Figure(figsize=(width, height), dpi=120, layout="constrained")
     figure.patch.set_facecolor("white")
     return figure
 
 
-def _dress(axes: Axes, ylabel: str, *, xlabel: str = "") -> None:
+def dress(axes: Axes, ylabel: str, *, xlabel: str = "") -> None:
+    """Labels, grid and spines as all figures have them."""
     axes.set_ylabel(ylabel, color=INK, fontsize=9)
     if xlabel:
         axes.set_xlabel(xlabel, color=INK, fontsize=9)
@@ -39,7 +42,8 @@ def _dress(axes: Axes, ylabel: str, *, xlabel: str = "") -> None:
         axes.spines[side].set_visible(False)
 
 
-def _legend_above(axes: Axes, ncols: int) -> None:
+def legend_above(axes: Axes, ncols: int) -> None:
+    """A legend above the axes, where anything has a label."""
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize=8, frameon=False, ncols=ncols, loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
@@ -63,7 +67,8 @@ def _shade_maneuvers(axes: Axes, recording: Recording, *, legend: bool = False) 
             axes.axvspan(start, stop, color=MANEUVER_COLORS[int(code)], lw=0, label=label, zorder=0)
 
 
-def _angle(recording: Recording, angle: str) -> np.ndarray:
+def angle_of(recording: Recording, angle: str) -> np.ndarray:
+    """A true angle [deg], or that of the INS where the truth is not known."""
     true = columns.TRUE_ATTITUDE.name(angle=angle)
     return recording[true] if true in recording else recording[columns.INS_ATTITUDE.name(angle=angle)]
 
@@ -93,10 +98,10 @@ def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:
 
 def flight(recording: Recording) -> Figure:
     """Ground track, attitude and height."""
-    figure = _new(13.0, 6.4)
+    figure = new_figure(13.0, 6.4)
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.7))
     track = figure.add_subplot(grid[:, 0])
-    lat, lon = np.radians(_angle(recording, "lat")), np.radians(_angle(recording, "lon"))
+    lat, lon = np.radians(angle_of(recording, "lat")), np.radians(angle_of(recording, "lon"))
     north, east = _offsets(lat, lon)
     circuit = recording["circuit"] if "circuit" in recording else np.ones(len(recording))
     for number in np.unique(circuit):
@@ -106,22 +111,22 @@ def flight(recording: Recording) -> Figure:
     track.plot(0.0, 0.0, "o", color=INK, ms=5, label="start")
     track.plot(east[-1] / 1e3, north[-1] / 1e3, "s", color=INK, ms=5, mfc="none", label="end")
     track.set_aspect("equal", adjustable="datalim")
-    _dress(track, "north [km]", xlabel="east [km]")
+    dress(track, "north [km]", xlabel="east [km]")
     track.legend(fontsize=8, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.08))
     track.set_title(f"{recording.name}: ground track", fontsize=10, color=INK, loc="left")
     first = None
-    for i, angle in enumerate(("roll", "pitch", "heading")):
+    for i, angle in enumerate(ANGLES):
         axes = figure.add_subplot(grid[i, 1], sharex=first)
         first = first or axes
-        values = _angle(recording, angle)
+        values = angle_of(recording, angle)
         _shade_maneuvers(axes, recording, legend=i == 0)
         axes.plot(recording.time_s, _heading_for_line(values) if angle == "heading" else values, color=INK, lw=0.8)
-        _dress(axes, f"{angle} [deg]")
+        dress(axes, f"{angle} [deg]")
         axes.tick_params(labelbottom=False)
         if i == 0:
             shaded = "; maneuvers shaded" if "maneuver" in recording and recording["maneuver"].any() else ""
             axes.set_title(f"attitude and height{shaded}", fontsize=10, color=INK, loc="left")
-            _legend_above(axes, 3)
+            legend_above(axes, 3)
     height = columns.TRUE_ALTITUDE.pattern
     axes = figure.add_subplot(grid[3, 1], sharex=first)
     _shade_maneuvers(axes, recording)
@@ -133,25 +138,25 @@ def flight(recording: Recording) -> Figure:
         floor = low - 0.05 * (float(flown.max()) - low)
         axes.fill_between(recording.time_s, recording[ground], floor, color=GROUND, lw=0, label="ground", zorder=1)
         axes.set_ylim(bottom=floor)
-        _legend_above(axes, 1)
-    _dress(axes, "height [m]", xlabel="time [s]")
+        legend_above(axes, 1)
+    dress(axes, "height [m]", xlabel="time [s]")
     axes.set_xlim(recording.time_s[0], recording.time_s[-1])
     return figure
 
 
 def field(recording: Recording, sensor: str) -> Figure:
     """Reading and background."""
-    figure = _new(11.0, 4.2)
+    figure = new_figure(11.0, 4.2)
     axes = figure.add_subplot()
     _shade_maneuvers(axes, recording, legend=True)
     axes.plot(recording.time_s, recording[columns.MAG.name(sensor=sensor)], color=COLORS[0], lw=0.8, label="reading")
     clean = columns.CLEAN.name(sensor=sensor)
     if clean in recording:
         axes.plot(recording.time_s, recording[clean], color=INK, lw=1.2, label="background (truth)")
-    _dress(axes, "total field [nT]", xlabel="time [s]")
+    dress(axes, "total field [nT]", xlabel="time [s]")
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.set_xlim(recording.time_s[0], recording.time_s[-1])
-    _legend_above(axes, 5)
+    legend_above(axes, 5)
     axes.set_title(f"{recording.name}: scalar magnetometer {sensor}", fontsize=10, color=INK, loc="left")
     return figure
 
@@ -174,7 +179,7 @@ def part_projections(recording: Recording, sensor: str) -> dict[str, np.ndarray]
 def interference(recording: Recording, sensor: str) -> Figure:
     """Parts of the interference, in full and in band."""
     parts = part_projections(recording, sensor)
-    figure = _new(11.0, 2.0 + 1.7 * len(parts))
+    figure = new_figure(11.0, 2.0 + 1.7 * len(parts))
     grid = figure.subplots(len(parts) + 1, 2, sharex=True, squeeze=False, width_ratios=(1.0, 1.0))
     label = recording[columns.INTERFERENCE.name(sensor=sensor)]
     rows = [("sum (norm)", label, INK)]
@@ -184,7 +189,7 @@ def interference(recording: Recording, sensor: str) -> Figure:
         for axes, line in zip(grid[i], (values, band), strict=True):
             _shade_maneuvers(axes, recording)
             axes.plot(recording.time_s, line, color=color, lw=0.7)
-            _dress(axes, f"{name} [nT]", xlabel="time [s]" if i == len(rows) - 1 else "")
+            dress(axes, f"{name} [nT]", xlabel="time [s]" if i == len(rows) - 1 else "")
         inner = metrics.crop(recording.time_s)
         text = f"STD in band {np.std(band[inner]):.3g} nT"
         grid[i][1].annotate(text, (0.99, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=8, color=INK)
@@ -196,7 +201,7 @@ def interference(recording: Recording, sensor: str) -> Figure:
 
 def spectrum(recording: Recording, sensor: str) -> Figure:
     """Amplitude spectral densities."""
-    figure = _new(11.0, 4.6)
+    figure = new_figure(11.0, 4.6)
     left, right = figure.subplots(1, 2)
     lines = {"reading": (recording[columns.MAG.name(sensor=sensor)], INK)}
     if columns.CLEAN.name(sensor=sensor) in recording:
@@ -207,12 +212,16 @@ def spectrum(recording: Recording, sensor: str) -> Figure:
     for name, (values, color) in lines.items():
         frequency, power = welch(values, recording.rate_hz, nperseg=size, detrend="linear")
         left.loglog(frequency[1:], np.sqrt(power[1:]), color=color, lw=1.0, label=name)
-    _dress(left, "nT / sqrt(Hz)", xlabel="frequency [Hz]")
-    for angle, color in zip(("roll", "pitch", "heading"), COLORS, strict=False):
-        values = np.degrees(np.unwrap(np.radians(_angle(recording, angle))))
+    dress(left, "nT / sqrt(Hz)", xlabel="frequency [Hz]")
+    angles = {angle: np.degrees(np.unwrap(np.radians(angle_of(recording, angle)))) for angle in ANGLES}
+    for way in columns.ROPE_WAYS:
+        name = columns.TRUE_ROPE_ANGLE.name(way=way)
+        if name in recording:
+            angles[f"rope, {way}"] = recording[name]
+    for (angle, values), color in zip(angles.items(), COLORS, strict=False):
         frequency, power = welch(values, recording.rate_hz, nperseg=size, detrend="linear")
         right.loglog(frequency[1:], np.sqrt(power[1:]), color=color, lw=1.0, label=angle)
-    _dress(right, "deg / sqrt(Hz)", xlabel="frequency [Hz]")
+    dress(right, "deg / sqrt(Hz)", xlabel="frequency [Hz]")
     for axes, title in ((left, f"{recording.name}, {sensor}: field"), (right, "attitude")):
         axes.axvspan(0.1, 0.6, color="#eef1f4", lw=0, zorder=0)
         axes.set_title(f"{title}; band shaded", fontsize=10, color=INK, loc="left")
@@ -222,7 +231,7 @@ def spectrum(recording: Recording, sensor: str) -> Figure:
 
 def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndarray]) -> Figure:
     """In-band error before and after compensation."""
-    figure = _new(11.0, 1.8 + 1.5 * len(estimates))
+    figure = new_figure(11.0, 1.8 + 1.5 * len(estimates))
     grid = figure.subplots(1 + len(estimates), 1, sharex=True)
     measured = recording[columns.MAG.name(sensor=sensor)]
     clean = recording[columns.CLEAN.name(sensor=sensor)]
@@ -234,13 +243,13 @@ def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndar
         band = signals.band_pass(error, recording.rate_hz)
         _shade_maneuvers(axes, recording, legend=i == 0)
         axes.plot(recording.time_s[inner], band[inner], color=COLORS[(i - 1) % len(COLORS)] if i else INK, lw=0.7)
-        _dress(axes, "[nT]", xlabel="time [s]" if i == len(estimates) else "")
+        dress(axes, "[nT]", xlabel="time [s]" if i == len(estimates) else "")
         axes.set_title(f"{name}: STD {np.std(band[inner]):.4g} nT", fontsize=9, color=INK, loc="left")
         if i:
             after = max(after, 1.1 * float(np.max(np.abs(band[inner]))))
     for axes in grid[1:]:
         axes.set_ylim(-after, after)
-    _legend_above(grid[0], 3)
+    legend_above(grid[0], 3)
     grid[0].set_xlim(recording.time_s[0], recording.time_s[-1])
     figure.suptitle(f"{recording.name}, {sensor}: error against truth, 0.1 to 0.6 Hz", fontsize=10, color=INK)
     return figure
@@ -260,26 +269,26 @@ def electronics(recording: Recording, sensor: str) -> Figure:
     truth = columns.CLEAN.name(sensor=sensor) in recording
     parts = part_projections(recording, sensor) if truth else {}
     rows = len(drawn) + bool(voltages) + ("electronics" in parts)
-    figure = _new(12.0, 1.2 + 1.05 * rows)
+    figure = new_figure(12.0, 1.2 + 1.05 * rows)
     every = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0].tolist()
     for axes in every:
         _shade_maneuvers(axes, recording, legend=axes is every[0])
     for i, (name, amperes) in enumerate(drawn.items()):
         axes = every.pop(0)
         axes.plot(recording.time_s, amperes, color=COLORS[i % len(COLORS)], lw=0.7)
-        _dress(axes, f"{name}\n[A]")
+        dress(axes, f"{name}\n[A]")
         if i == 0:
             axes.set_title(f"{recording.name}: onboard electronics", fontsize=10, color=INK, loc="left")
-            _legend_above(axes, 4)
+            legend_above(axes, 4)
     if voltages:
         axes = every.pop(0)
         for i, (name, volts) in enumerate(voltages.items()):
             axes.plot(recording.time_s, volts - np.median(volts), color=COLORS[i % len(COLORS)], lw=0.7, label=name)
-        _dress(axes, "buses less\nmedian [V]")
+        dress(axes, "buses less\nmedian [V]")
         axes.legend(fontsize=7, frameon=False, ncols=len(voltages), loc="lower right")
     if every:
         every[0].plot(recording.time_s, parts["electronics"], color=PART_COLORS["electronics"], lw=0.7)
-        _dress(every[0], f"field at\n{sensor} [nT]")
+        dress(every[0], f"field at\n{sensor} [nT]")
     figure.axes[-1].set_xlabel("time [s]", color=INK, fontsize=9)
     figure.axes[-1].set_xlim(recording.time_s[0], recording.time_s[-1])
     figure.align_ylabels()

@@ -141,3 +141,16 @@ def check_wind(air: Air, start: Start, also_m: Sequence[float] = ()) -> Iterator
         key = "shear" if steady >= start.speed_mps else "gusts" if air.gusts else "random_gusts"
     limit = f"allowed: together less than {start.speed_mps:g}"
     yield key, f"{what} is no slower than the airspeed of {start.speed_mps:g} m/s; {limit}"
+
+
+def check_still(air: Air, name: str) -> Iterator[tuple[str, str]]:
+    """What the air of a kinematic carrier cannot have: it moves with the steady wind alone."""
+    moving = {
+        "turbulence_severity": air.turbulence_severity != 0,
+        "gusts": bool(air.gusts),
+        "random_gusts": air.random_gusts is not None,
+    }
+    for key, there in moving.items():
+        if there:
+            text = f"{name} is kinematic, no gust moves it; allowed: steady wind and shear, flight.sway and tow.gusts"
+            yield key, text

@@ -7,7 +7,7 @@ from pydantic import Field, ValidationInfo
 from magsim.config import Strict
 
 if TYPE_CHECKING:
-    from magsim.aircraft import Aircraft
+    from magsim.aircraft import Aircraft, Bird
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
@@ -23,3 +23,8 @@ class Part(Strict):
 def aircraft_of(info: ValidationInfo) -> "Aircraft | None":
     """The aircraft that a scenario is checked against, if it is known."""
     return (info.context or {}).get("aircraft")
+
+
+def bird_of(info: ValidationInfo) -> "Bird | None":
+    """The bird that a scenario is checked against, if there is one and it is known."""
+    return (info.context or {}).get("bird")

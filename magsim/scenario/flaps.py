@@ -41,7 +41,7 @@ class FlapMove(Strict):
 
 def flap_problem(aircraft: "Aircraft", flap_deg: float, speed_mps: float | None, alt_m: float | None) -> str:
     """What is wrong with flaps at a true airspeed and a height, or nothing; unknown speeds are not checked."""
-    flap = aircraft.facts.controls.flap
+    flap = aircraft.facts.flap
     if flap is None:
         return f"{aircraft.name} has no flaps; allowed: 0" if flap_deg else ""
     most = math.degrees(flap.travel.value[1])
@@ -82,7 +82,7 @@ def check_moves(
     """
     for i, move in enumerate(moves):
         text = flap_problem(aircraft, move.deflection_deg, speed_mps, alt_m) if aircraft else ""
-        if aircraft and aircraft.facts.controls.flap is None:
+        if aircraft and aircraft.facts.flap is None:
             text = f"{aircraft.name} has no flaps; allowed: none"
         if text:
             yield f"flaps[{i}].deflection_deg", text

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from magsim.config import Name, Strict, Vector
-from magsim.scenario.base import NonNegative, Positive, aircraft_of
+from magsim.scenario.base import NonNegative, Positive, aircraft_of, bird_of
 from magsim.scenario.place import Place
 
 Heading = Annotated[float, Field(ge=-100.0, le=100.0)]
@@ -97,18 +97,19 @@ PRESETS: Mapping[str, Mapping[str, Mapping[str, object]]] = {
 
 
 class Sensor(Strict):
-    """An instrument with a name of its own at a mount of the aircraft."""
+    """An instrument with a name of its own at a mount of the aircraft, or of the bird that it tows."""
 
     name: Name
+    body: Literal["carrier", "bird"] = Field(default="carrier", description="what carries it")
     mount: str
 
     @field_validator("mount")
     @classmethod
     def _exists(cls, value: str, info: ValidationInfo) -> str:
-        aircraft = aircraft_of(info)
-        if aircraft and value not in aircraft.mounts:
-            known = ", ".join(aircraft.mounts)
-            msg = f"{aircraft.name} has no mount {value!r}; allowed: {known}"
+        vehicle = bird_of(info) if info.data.get("body") == "bird" else aircraft_of(info)
+        if vehicle and value not in vehicle.mounts:
+            known = ", ".join(vehicle.mounts)
+            msg = f"{vehicle.name} has no mount {value!r}; allowed: {known}"
             raise ValueError(msg)
         return value
 
@@ -293,7 +294,8 @@ class Sensors(Strict):
 
     scalar: tuple[ScalarSensor, ...] = Field(min_length=1, strict=False)
     fluxgate: tuple[FluxgateSensor, ...] = Field(default=(), strict=False)
-    ins: Ins = Ins()
+    ins: Ins = Field(default=Ins(), description="in the bird where one is towed, else in the carrier")
+    carrier_ins: Ins | None = Field(default=None, description="a second one, in the carrier of a bird")
     cabin: Cabin | None = Field(default=None, description="without it, every instrument has its reference_c")
     electrical: Electrical = Electrical()
     barometer: Barometer | None = None
@@ -309,3 +311,9 @@ class Sensors(Strict):
             msg = f"sensor names must differ, used twice: {', '.join(double)}"
             raise ValueError(msg)
         return value
+
+    @property
+    def of_bird(self) -> tuple[str, ...]:
+        """Keys of the instruments in the bird."""
+        tables = (("scalar", self.scalar), ("fluxgate", self.fluxgate))
+        return tuple(f"{key}[{i}].body" for key, table in tables for i, s in enumerate(table) if s.body == "bird")

@@ -2,7 +2,7 @@
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from magsim.aircraft import Facts
+from magsim.aircraft import Facts, KinematicFacts
 from magsim.config import Strict
 from magsim.scenario.base import aircraft_of
 
@@ -24,7 +24,7 @@ class Loading(Strict):
             self.apply(aircraft.facts)
         return self
 
-    def apply(self, facts: Facts) -> Facts:
+    def apply(self, facts: Facts | KinematicFacts) -> Facts | KinematicFacts:
         """The facts of the loaded aircraft.
 
         Raises
@@ -32,7 +32,7 @@ class Loading(Strict):
         ValueError
             If mass or center of gravity leave their limits, or there is nothing to burn.
         """
-        if self.burn_fuel and facts.mass.balance is None:
+        if self.burn_fuel and (isinstance(facts, KinematicFacts) or facts.mass.balance is None):
             msg = f"{facts.title} burns no fuel; allowed: burn_fuel = false"
             raise ValueError(msg)
         return facts.loaded(self.payload_kg, self.fuel_kg, self.payload_aft_m)

@@ -30,6 +30,9 @@ def check_amplitude(axis: str | None, value: float, aircraft: "Aircraft | None")
     aircraft : Aircraft, optional
     """
     limit = aircraft.limits.amplitude_deg[axis] if aircraft and axis else 45.0
+    if aircraft and limit == 0.0:
+        msg = f"{aircraft.name} is kinematic and swings by its own sway alone; allowed: no maneuvers"
+        raise ValueError(msg)
     if not 0.0 < value <= limit:
         name = aircraft.name if aircraft else "any aircraft"
         msg = f"{value:g} deg is no {axis} amplitude for {name}; allowed: above 0, up to {limit:g}"

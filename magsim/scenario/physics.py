@@ -80,6 +80,7 @@ class Field_(Strict):
     eddy: Eddy = Eddy()
     flex: Flex = Flex()
     electronics: Electronics = Electronics()
+    carrier: Part = Field(default=Part(), description="of a carrier, in the bird that it tows")
 
     def is_on(self, name: str) -> bool:
         """Whether the part of that name is switched on; the main field always is."""

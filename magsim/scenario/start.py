@@ -60,6 +60,13 @@ class Start(Strict):
         return value.astimezone(UTC)
 
 
+class Sway(Strict):
+    """How far a kinematic carrier leaves its line, standard deviations; what is left out its file says."""
+
+    lateral_m: float | None = Field(default=None, ge=0.0, le=20.0)
+    vertical_m: float | None = Field(default=None, ge=0.0, le=20.0)
+
+
 class FlightSettings(Strict):
     """How the flight model is run."""
 
@@ -80,6 +87,7 @@ class FlightSettings(Strict):
         gt=0.0,
         description="full or idle throttle for longer, with the airspeed off by 3 %, ends the flight",
     )
+    sway: Sway | None = Field(default=None, description="of a kinematic carrier")
     flaps: tuple[FlapMove, ...] = Field(default=(), strict=False, description="settings of the flap lever in flight")
 
     @field_validator("log_hz")

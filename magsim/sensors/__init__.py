@@ -11,7 +11,7 @@ from magsim.sensors.cabin import temperature_c
 from magsim.sensors.electrical import electrical_columns
 from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.sensors.inertial import inertial_columns
-from magsim.sensors.navigation import ins_columns, true_columns
+from magsim.sensors.navigation import carrier_columns, carrier_ins_columns, ins_columns, rope_columns, true_columns
 from magsim.sensors.radar import ground_columns, radar_columns
 from magsim.sensors.scalar import scalar_columns
 from magsim.sensors.timing import instants
@@ -21,6 +21,8 @@ __all__ = [
     "Counter",
     "baro_columns",
     "base_columns",
+    "carrier_columns",
+    "carrier_ins_columns",
     "electrical_columns",
     "fluxgate_columns",
     "ground_columns",
@@ -28,6 +30,7 @@ __all__ = [
     "ins_columns",
     "instants",
     "radar_columns",
+    "rope_columns",
     "scalar_columns",
     "temperature_c",
     "true_baro_columns",

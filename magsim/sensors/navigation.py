@@ -5,6 +5,8 @@ channel are a constant bias (attitude alone), a Gauss-Markov drift and white noi
 roll, pitch and heading themselves.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from magsim import columns
@@ -23,8 +25,12 @@ def compass(angle_deg: np.ndarray) -> np.ndarray:
     return np.where(wrapped >= 360.0, 0.0, wrapped)
 
 
+Families = tuple[columns.Family, columns.Family, columns.Family]
+"""Of attitude and position, velocity, height."""
+
+
 def _motion_columns(
-    families: tuple[columns.Family, columns.Family, columns.Family],
+    families: Families,
     attitude_deg: np.ndarray,
     position: tuple[np.ndarray, np.ndarray, np.ndarray],
     velocity_n: np.ndarray,
@@ -53,10 +59,26 @@ def true_columns(path: Trajectory) -> dict[str, np.ndarray]:
         Attitude, latitude, longitude [deg], angular rate [deg/s], velocity [m/s], height [m].
     """
     families = (columns.TRUE_ATTITUDE, columns.TRUE_VELOCITY, columns.TRUE_ALTITUDE)
+    return _true_columns(families, columns.TRUE_RATE, path)
+
+
+def carrier_columns(path: Trajectory) -> dict[str, np.ndarray]:
+    """The same of the carrier of a bird, under names of its own."""
+    families = (columns.TRUE_CARRIER_ATTITUDE, columns.TRUE_CARRIER_VELOCITY, columns.TRUE_CARRIER_ALTITUDE)
+    return _true_columns(families, columns.TRUE_CARRIER_RATE, path)
+
+
+def _true_columns(families: Families, rate: columns.Family, path: Trajectory) -> dict[str, np.ndarray]:
     position = (path.lat_rad, path.lon_rad, path.alt_m)
     out = _motion_columns(families, np.degrees(path.attitude), position, path.velocity_n)
     rates = np.degrees(path.rate_b)
-    return out | {columns.TRUE_RATE.name(axis=axis): rates[:, k] for k, axis in enumerate(columns.AXES)}
+    return out | {rate.name(axis=axis): rates[:, k] for k, axis in enumerate(columns.AXES)}
+
+
+def rope_columns(rope: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Angles [deg] and tension [N] of the rope, as ``Flight.rope_at`` gives them."""
+    angles = {columns.TRUE_ROPE_ANGLE.name(way=way): np.degrees(rope[f"{way}_rad"]) for way in columns.ROPE_WAYS}
+    return angles | {columns.TRUE_ROPE_TENSION.name(): rope["tension_n"]}
 
 
 def ins_columns(ins: Ins, path: Trajectory, rate_hz: float, seed: int) -> dict[str, np.ndarray]:
@@ -76,11 +98,24 @@ def ins_columns(ins: Ins, path: Trajectory, rate_hz: float, seed: int) -> dict[s
     dict of str to (n,)
         Attitude, latitude, longitude [deg], velocity [m/s], height [m].
     """
+    families = (columns.INS_ATTITUDE, columns.INS_VELOCITY, columns.INS_ALTITUDE)
+    return _ins_columns(families, "ins", ins, path, rate_hz, seed=seed)
+
+
+def carrier_ins_columns(ins: Ins, path: Trajectory, rate_hz: float, seed: int) -> dict[str, np.ndarray]:
+    """The same of a second INS in the carrier of a bird."""
+    families = (columns.CARRIER_ATTITUDE, columns.CARRIER_VELOCITY, columns.CARRIER_ALTITUDE)
+    return _ins_columns(families, "carrier_ins", ins, path, rate_hz, seed=seed)
+
+
+def _ins_columns(
+    families: Families, unit: str, ins: Ins, path: Trajectory, rate_hz: float, *, seed: int
+) -> dict[str, np.ndarray]:
     shape = (len(path), 3)
 
     def errors(name: str, drift: float, noise: float) -> np.ndarray:
-        slow = gauss_markov(stream(seed, f"ins/{name}/drift"), shape, drift, ins.correlation_s, rate_hz)
-        return slow + noise * stream(seed, f"ins/{name}/noise").standard_normal(shape)
+        slow = gauss_markov(stream(seed, f"{unit}/{name}/drift"), shape, drift, ins.correlation_s, rate_hz)
+        return slow + noise * stream(seed, f"{unit}/{name}/noise").standard_normal(shape)
 
     attitude = errors("attitude", ins.attitude_drift_deg, ins.attitude_noise_deg)
     attitude[:, 2] *= ins.heading_factor
@@ -89,5 +124,4 @@ def ins_columns(ins: Ins, path: Trajectory, rate_hz: float, seed: int) -> dict[s
     off_e = rotate_back(rot_ne_at(path.lat_rad, path.lon_rad), off_n)
     position = geodetic_from_ecef(ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m) + off_e)
     velocity = errors("velocity", ins.velocity_drift_mps, ins.velocity_noise_mps)
-    families = (columns.INS_ATTITUDE, columns.INS_VELOCITY, columns.INS_ALTITUDE)
     return _motion_columns(families, attitude, position, path.velocity_n + velocity)

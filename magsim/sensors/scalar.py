@@ -136,7 +136,8 @@ def scalar_columns(
     dict of str to (rows,) [nT]
         ``mag``, ``interference`` (filtered norm of the whole field less filtered norm of the background),
         ``projection`` (filtered component of the aircraft's field along the background), ``clean``, ``total``,
-        ``error``, and each part in body axes; ``mag_valid`` [1] where the instrument can drop out.
+        ``error``, and each part in body axes; ``mag_valid`` [1] where the instrument can drop out; ``swing`` in a
+        towed bird.
 
     Raises
     ------
@@ -174,6 +175,8 @@ def scalar_columns(
         columns.TOTAL: total,
         columns.ERROR: reading - total,
     }
+    if sensor.mount in truth.steady_nt:
+        values[columns.SWING] = clean - window(truth.steady_nt[sensor.mount])
     out |= {family.name(sensor=sensor.name): column for family, column in values.items()}
     return out | part_columns(sensor.name, sensor.mount, truth, window)
 

@@ -8,7 +8,8 @@ import pytest
 from pydantic import ValidationError
 
 from magsim import assets, columns
-from magsim.aircraft import Magnetics, load_aircraft
+from magsim.aircraft import KinematicFacts, Magnetics, load_aircraft
+from tests.benchmarks.aircraft_levels import vehicle
 
 
 @pytest.fixture
@@ -26,12 +27,34 @@ def refused(settings: dict, text: str) -> None:
         Magnetics.model_validate(settings)
 
 
-@pytest.mark.parametrize("name", assets.list_aircraft())
+@pytest.mark.parametrize("name", [*assets.list_aircraft(), *assets.list_birds()])
 def test_every_circuit_and_bus_says_where_it_comes_from(name):
-    magnetics = load_aircraft(name).magnetics
+    magnetics = vehicle(name).magnetics
     assert magnetics.circuits
     assert magnetics.buses
     assert all(len(item.source) >= 10 for item in (*magnetics.circuits, *magnetics.buses))
+
+
+def _is_kinematic(name: str) -> bool:
+    return isinstance(load_aircraft(name).facts, KinematicFacts)
+
+
+@pytest.mark.parametrize("name", [*filter(_is_kinematic, assets.list_aircraft()), *assets.list_birds()])
+def test_what_has_no_controls_has_nothing_that_follows_them(name):
+    magnetics = vehicle(name).magnetics
+    assert {circuit.load.kind for circuit in magnetics.circuits} <= {"constant", "pulse", "duty", "charge", "sum"}
+    assert not magnetics.hinged
+
+
+@pytest.mark.parametrize("bird", assets.list_birds())
+@pytest.mark.parametrize("carrier", assets.list_aircraft())
+def test_channels_of_a_bird_and_of_its_carrier_have_names_of_their_own(bird, carrier):
+    """Both stand in one recording."""
+    channels = [
+        {item.name for item in (*magnetics.circuits, *magnetics.buses)}
+        for magnetics in (vehicle(bird).magnetics, vehicle(carrier).magnetics)
+    ]
+    assert channels[0].isdisjoint(channels[1])
 
 
 def test_channels_that_sgl_recorded_carry_its_names():

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from magsim.aircraft.facts import CurveFact, Fact, Facts, PlaceFact, RangeFact
+from magsim.aircraft.fact import CurveFact, Fact, PlaceFact, RangeFact
+from magsim.aircraft.facts import Facts
 from magsim.units import INCH
 
 FILE = Path(__file__).parents[2] / "aircraft" / "c208b" / "facts.toml"

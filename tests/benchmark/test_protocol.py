@@ -103,6 +103,47 @@ def test_scores_are_those_of_the_definition(recording):
     )
 
 
+def test_the_ratio_above_3_hundredths_hz_is_that_of_the_metric(recording):
+    """On all test rows and on each heading, 60 s from the ends; the rest of the rows have the other scores."""
+    test = recording.where(split="test")
+    method = create("tl16_measured").fit([recording.where(split="train").labeled()], sensor="cabin")
+    report = benchmark([recording.where(split="test")], [("tl", method), "noise_floor"])
+    reading, rate_hz = test["mag_cabin_nt"], test.rate_hz
+    compensated = reading - method.interference(test.blind())
+    assert report.value("tl", "ir_003") == pytest.approx(metrics.ir_003(reading, compensated, rate_hz), rel=1e-12)
+    into = test.time_s - test.time_s[0]
+    far = (into >= 60.0 - 1e-9) & (into <= into[-1] - 60.0 + 1e-9)
+    found = {}
+    for heading in (0, 90, 180, 270):
+        rows = far & (test["turn"] == 0.0) & (test["leg_heading_deg"] == heading)
+        found[heading] = report.value("tl", "ir_003", segment=f"heading {heading}")
+        expected = metrics.ir_003(reading, compensated, rate_hz, rows)
+        assert found[heading] == pytest.approx(expected, rel=1e-12)
+    assert len(set(found.values())) == 4
+    assert report.value("tl", "ir_003", segment="roll") > 1.0
+    floor = metrics.ir_003(reading, reading - test["interference_cabin_nt"], rate_hz)
+    assert report.value("noise_floor", "ir_003") == pytest.approx(floor, rel=1e-12)
+    assert report.about["high_pass_edge_s"] == 60.0
+
+
+def test_pieces_that_are_too_short_for_the_high_pass_lack_its_score(recording):
+    short = recording.take(slice(0, 6400 + 1100))
+    report = benchmark([short], ["none"])
+    assert report.value("none", "ir") == 1.0
+    assert "ir_003" not in {row.metric for row in report.rows}
+    assert "recording 'world' has no ir_003: no test piece is longer than the 120 s" in report.to_text()
+
+
+def test_methods_with_settings_are_called_as_they_are_written(recording):
+    texts = ["tl16_gradient:order=0:vertical=false", "tl16_gradient:order=0", "tl16_measured"]
+    report = benchmark([recording], texts)
+    assert report.methods == tuple(texts)
+    plain, height, measured = (report.value(text, "ir") for text in texts)
+    assert plain == measured
+    assert height > 1.05 * plain
+    assert report.about["methods"][texts[0]]["params"]["vertical"] is False
+
+
 def test_methods_learn_from_labels_and_are_judged_blind(recording):
     stub = Stub(function=zeros)
     benchmark([recording], [stub], seed=7)
@@ -233,7 +274,7 @@ def test_without_truth_only_the_papers_scores(recording):
     report = benchmark([survey], ["none", "tl16_measured", "noise_floor"])
     assert report.methods == ("none", "tl16_measured")
     found = {row.metric for row in report.rows}
-    assert found == {"std_paper_nt", "ir_paper", "fom_paper_nt", "peak_paper_nt", "gain"}
+    assert found == {"std_paper_nt", "ir_paper", "ir_003", "fom_paper_nt", "peak_paper_nt", "gain"}
     assert report.value("tl16_measured", "ir_paper") > 50.0
     assert any("has no truth" in note for note in report.notes)
     assert "note: recording 'world' has no truth" in report.to_text()
@@ -274,6 +315,8 @@ def test_report_is_the_same_twice_but_for_times(recording):
         (lambda r: r, ["none", "none"], {}, RequestError, "none is given twice"),
         (lambda r: r, [], {}, RequestError, "no method"),
         (lambda r: r, ["nun"], {}, RequestError, "unknown method 'nun'"),
+        (lambda r: r, ["noise_floor:seed=1"], {}, RequestError, "noise_floor has no settings; .* gives seed"),
+        (lambda r: without(r, "ins_alt"), ["tl16_gradient"], {}, RequestError, "no column ins_alt_m"),
         (lambda r: r.take(slice(0, 6950)), ["none"], {}, DataError, "longest test piece lasts 54.9 s"),
         (lambda r: r, [Stub(function=lambda r: np.zeros(3))], {}, DataError, r"put out shape \(3,\) for 6400 rows"),
         (lambda r: r, [Stub(function=lambda r: r.time_s * np.nan)], {}, DataError, "not finite at 640 s"),

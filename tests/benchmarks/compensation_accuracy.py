@@ -67,7 +67,7 @@ def linear_world() -> tuple[Flight, FieldTruth, Recording]:
     loaded = load_scenario("papers/000_simulated", overrides=LINEAR_WORLD)
     flight = fly(loaded.scenario, loaded.aircraft)
     truth = compute_field(loaded.scenario, loaded.aircraft, flight)
-    return flight, truth, record(loaded, flight, truth)
+    return flight, truth, record(loaded, flight, {"carrier": truth})
 
 
 def linear_residuals(truth: FieldTruth, recording: Recording) -> dict[str, float]:

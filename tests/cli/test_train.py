@@ -144,6 +144,9 @@ def test_what_is_wrong_in_the_file_is_told_with_its_line(flight, tmp_path, capsy
         (("magtcn", "--preset", "dmo"), 2, "no preset 'dmo' (did you mean 'demo'?); it has demo, cpu, paper"),
         (("none.toml",), 2, "none.toml"),
         (("tl16", "--seed", "-1"), 2, "seed"),
+        (("tl16:ordr=1",), 2, "method tl16: ordr: unknown key (did you mean 'order'?)"),
+        (("tl16:preset=demo",), 2, "method tl16 has no preset 'demo'; it has none"),
+        (("tl16:scale",), 2, "method tl16:scale: 'scale' is not of the form key=value"),
     ],
 )
 def test_what_is_asked_wrong_is_told_and_nothing_is_left(flight, tmp_path, capsys, *, args, code, expected):
@@ -175,11 +178,45 @@ def test_benchmark_of_names_and_runs(flight, tmp_path, capsys):
     assert "fitting tl18" in err
     lines = {line.split()[0]: line.split() for line in out.splitlines() if line}
     assert lines["mine"][1:9] == lines["tl18"][1:9]
-    assert lines["none"][2] == "1.0"
+    assert lines["none"][2] == "1.00"
     assert {p.name for p in (tmp_path / "report").iterdir()} == {"report.json", "table.txt", "table.csv"}
     code, _, err = run(capsys, "benchmark", flight, "-q", "-o", "report")
     assert code == 2
     assert "--force replaces it" in err
+
+
+def test_benchmark_of_methods_with_settings_and_chosen_tables(flight, tmp_path, capsys):
+    methods = "none, tl16_gradient:order=0:vertical=false,tl16_gradient:order=1,bp:hidden=[3,2]:steps=2:hold_out=blocks"
+    code, out, _ = run(capsys, "benchmark", flight, "-q", "--methods", methods, "--scores", "ir_003,ir", "-o", "report")
+    assert code == 0
+    assert out.count("\ntl16_gradient:order=0:vertical=false ") == 3
+    assert out.count("\nbp:hidden=[3,2]:steps=2:hold_out=blocks ") == 3
+    assert "paper 002's ratio of the reading, above 0.03 Hz, by heading" in out
+    assert "improvement ratio against truth, in band, by heading" in out
+    assert "STD in band" not in out
+    header = next(line for line in out.splitlines() if "heading 270" in line)
+    assert header.split("  ")[0] == "method"
+    text = (tmp_path / "report" / "table.txt").read_text()
+    assert "paper 002's ratio of the reading, above 0.03 Hz, by heading" in text
+    about = json.loads((tmp_path / "report" / "report.json").read_text())["about"]["methods"]
+    assert about["tl16_gradient:order=1"]["params"]["order"] == 1
+    assert about["tl16_gradient:order=1"]["params"]["vertical"] is True
+
+
+def test_a_method_with_settings_is_trained(flight, tmp_path, capsys):
+    code, out, _ = run(capsys, "train", "tl16_gradient:order=1", flight)
+    assert code == 0
+    assert "gradient of the Earth's field, about latitude and longitude" in out
+    assert "tl16_gradient for cabin, 6400 rows" in out
+    about = json.loads((tmp_path / "runs" / "tl16_gradient" / "run.json").read_text())
+    assert (about["method"], about["params"]["order"], about["params"]["vertical"]) == ("tl16_gradient", 1, True)
+    (tmp_path / "g.toml").write_text('method = "tl16_gradient"\n[params]\norder = 1\n')
+    assert run(capsys, "train", "g.toml", flight, "-q", "-o", "file")[0] == 0
+    for name in ("run.json", "compensator.json", "arrays.npz"):
+        assert (tmp_path / "file" / name).read_bytes() == (tmp_path / "runs" / "tl16_gradient" / name).read_bytes()
+    code, out, _ = run(capsys, "benchmark", flight, "-q", "--methods", "runs/tl16_gradient,tl16_gradient:order=1")
+    lines = {line.split()[0]: line.split() for line in out.splitlines() if line}
+    assert lines["tl16_gradient"][1:11] == lines["tl16_gradient:order=1"][1:11]
 
 
 def test_benchmark_prints_json_alone(flight, tmp_path, capsys, monkeypatch):
@@ -197,6 +234,18 @@ def test_benchmark_prints_json_alone(flight, tmp_path, capsys, monkeypatch):
         (("--methods", "tl61"), "unknown method 'tl61'"),
         (("--methods", ","), "no method is named"),
         (("--methods", "some/where"), "some/where holds no fitted method"),
+        (("--methods", "tl61:order=1"), "unknown method 'tl61'"),
+        (
+            ("--methods", "none,tl16_gradient:order=5"),
+            "method tl16_gradient: order: 5 is not allowed; allowed: a whole",
+        ),
+        (("--methods", "tl16_gradient:vertical=yes"), "vertical: 'yes' is text; allowed: true or false"),
+        (("--methods", "tl16_gradient:vertcal=true"), "vertcal: unknown key (did you mean 'vertical'?)"),
+        (("--methods", "tl16_gradient:order=1:order=2"), "order is given twice"),
+        (("--methods", "tl16_gradient:target=interference"), "target is 'measured' by its name"),
+        (("--methods", "tl16:scale=sample,tl16:scale=sample"), "method tl16:scale=sample is given twice"),
+        (("--scores", "ir_03"), "there is no table of 'ir_03' (did you mean 'ir_003'?); allowed: std_nt, ir,"),
+        (("--scores", ","), "no score is named; allowed: std_nt"),
         (("--sensor", "wing"), "no scalar magnetometer 'wing'"),
     ],
 )

@@ -8,7 +8,7 @@ import pytest
 import torch
 from worlds import World, calibration, parts
 
-from magsim.compensation import Compensator, create, load, names, register
+from magsim.compensation import Compensator, create, load, names, parse_method, register
 from magsim.compensation import registry as registry_module
 from magsim.errors import DataError, RequestError
 
@@ -19,6 +19,8 @@ METHODS = {
     "tl18": {"scale": "sample", "derivative": "spline"},
     "tl16_measured": {},
     "tl18_measured": {},
+    "tl16_gradient": {},
+    "tl16_gradient plain": {"order": 0, "vertical": False, "derivative": "spline"},
     "magtcn": {**QUICK, "width": 2, "kernel": 11},
     "magtcn last": {**QUICK, "width": 2, "kernel": 11, "window": 50, "head": "last"},
     "bp": QUICK,
@@ -171,6 +173,29 @@ def test_names_and_parameters_are_checked():
         create("magtcn", preset="dmo")
     with pytest.raises(RequestError, match="scale"):
         create("tl16").set_params(scale="meter")
+
+
+@pytest.mark.parametrize("name", names())
+def test_a_method_knows_the_name_that_makes_it(name):
+    assert create(name).name == name
+
+
+def test_a_method_in_one_line():
+    assert parse_method("tl16") == ("tl16", {})
+    text = " tl16_gradient: order = 2 :vertical=false:fluxgate=rear:scale='sample'"
+    settings = {"order": 2, "vertical": False, "fluxgate": "rear", "scale": "sample"}
+    assert parse_method(text) == ("tl16_gradient", settings)
+    assert parse_method("bp:hidden=[8, 4]:learning_rate=1e-3")[1] == {"hidden": [8, 4], "learning_rate": 1e-3}
+    assert parse_method("bp:preset=2")[1] == {"preset": "2"}
+    for wrong in ("tl16:scale", "tl16:", "tl16:=3", "tl16:scale="):
+        with pytest.raises(RequestError, match="is not of the form key=value, as in tl16_gradient:order=2"):
+            parse_method(wrong)
+    with pytest.raises(RequestError, match="method tl16:terms=16:terms=16: terms is given twice"):
+        parse_method("tl16:terms=16:terms=16")
+    # whatever the keys are called, it is the method that has to know them
+    for key in ("name", "self", "cls"):
+        with pytest.raises(RequestError, match=f"{key}: unknown key"):
+            create("tl16", **{key: "x"})
 
 
 @pytest.mark.parametrize("name", names())

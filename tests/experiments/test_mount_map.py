@@ -21,6 +21,7 @@ from magsim.field.meshes import box_surface
 from magsim.recording import Recording
 from magsim.scenario import load_scenario
 from magsim.simulation import simulate
+from tests.benchmarks.aircraft_levels import vehicle
 
 MOUNTS = {"cabin": "cabin_center", "tail": "sgl_mag_1", "ceiling": "sgl_mag_5"}
 SENSORS = ",".join(f'{{name="{name}",mount="{mount}",noise_nt_rthz=0.0}}' for name, mount in MOUNTS.items())
@@ -136,9 +137,9 @@ def test_grid_is_inside_near_and_on_booms():
             grid(body, spacing)
 
 
-@pytest.mark.parametrize("name", assets.list_aircraft())
+@pytest.mark.parametrize("name", [*assets.list_aircraft(), *assets.list_birds()])
 def test_an_aircraft_without_skin_and_outline_is_known_by_its_parts(name):
-    whole = load_aircraft(name)
+    whole = vehicle(name)
     bare = replace(whole, magnetics=whole.magnetics.model_copy(update={"skin": None, "outline": None}))
     body = Body.of(bare, None)
     known = [*whole.mounts.values(), *(dipole.position_m for dipole in whole.magnetics.permanent)]

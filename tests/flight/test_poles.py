@@ -152,7 +152,7 @@ def test_the_field_goes_through_the_pole(
 
 def test_a_recording_of_it_is_whole(crossing: tuple[Scenario, Flight], field: FieldTruth, cessna: Aircraft) -> None:
     scenario, flight = crossing
-    recording = record(LoadedScenario("pole", scenario, cessna, ""), flight, field)
+    recording = record(LoadedScenario("pole", scenario, cessna, ""), flight, {"carrier": field})
     assert np.isfinite(recording.stack(list(recording.data))).all()
     for who in ("ins", "true"):
         assert np.abs(recording[f"{who}_lat_deg"]).max() <= 90.0

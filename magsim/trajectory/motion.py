@@ -1,14 +1,12 @@
-"""What a flight leaves behind: trajectories with a smooth interpolant, control surfaces, segments."""
+"""The motion of one body: rows of a log with a smooth interpolant."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 from scipy.linalg import solveh_banded
 
-from magsim import columns
 from magsim.arrays import readonly
 from magsim.earth.grid import grid_turn_of
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, quaternion_en_at, rot_ne_at, transport_rate
@@ -183,6 +181,11 @@ class Trajectory:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    def take(self, rows: np.ndarray | slice) -> "Trajectory":
+        """Some rows of the log, evenly spaced too."""
+        cut = ("time_s", "lat_rad", "lon_rad", "alt_m", "velocity_n", "attitude", "rate_b")
+        return replace(self, **{name: getattr(self, name)[rows] for name in cut})
+
     @property
     def rate_hz(self) -> float:
         """Log rate [Hz]."""
@@ -257,175 +260,3 @@ class Trajectory:
         attitude, rate_eb_b = self._turning.at(time_s, lat, lon)
         rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
         return Trajectory(time_s, lat, lon, alt, velocity_n, attitude, rate_b, self.reference_b)
-
-
-@dataclass(frozen=True)
-class Segment:
-    """One leg, the turn that follows it, or the transit to the next pattern."""
-
-    circuit: int
-    leg: int
-    turn: bool
-    heading_deg: float
-    start_s: float
-    stop_s: float
-    length_m: float
-    """Distance flown over ground [m]."""
-    transit: bool = False
-    """Whether it leads from one pattern to the next; it is a turn too."""
-
-
-@dataclass(frozen=True)
-class ManeuverFlown:
-    """One maneuver train as it was asked and as it was flown."""
-
-    axis: str
-    circuit: int
-    leg: int
-    start_s: float
-    stop_s: float
-    period_s: float
-    cycles: int
-    asked_deg: float
-    """Amplitude, half of peak to peak [deg]."""
-    flown_deg: float
-    """Amplitude of the sine fitted to the flown angle over the middle cycles [deg]."""
-    residual_deg: float
-    """RMS of what the fitted sine leaves of the flown angle [deg]."""
-    off_axis_deg: tuple[float, float]
-    """Peak departures of the two other angles from their straight line [deg], in the order roll, pitch, heading."""
-    half_peak_to_peak_deg: float = 0.0
-    """Half of the peak to peak of the flown angle over the middle cycles [deg]."""
-    kind: str = ""
-    """``combined`` where it is one axis of several that swing at once; else its axis."""
-
-
-@dataclass(frozen=True)
-class Flight:
-    """A finished flight.
-
-    Attributes
-    ----------
-    carrier : Trajectory
-        The aircraft.
-    duration_s : float
-        Time of the last recorded row [s]; rows run from 0 to it.
-    simulation_rate_hz : float
-        Step rate of the flight model [Hz]; fields are integrated at this rate.
-    controls : mapping of str to (n,) [rad]
-        Deflection of each control surface about its hinge, at the carrier's log times, right-hand rule about the
-        hinge axis that the aircraft file names (elevator and flap: trailing edge down is positive).
-    segments : tuple of Segment
-        Legs and turns in time order, without gaps.
-    maneuvers : tuple of ManeuverFlown
-    notes : mapping
-        Plain facts of the run for provenance: integrators, rates, calibrated loop gains.
-    wind_n : (n, 3) [m/s], optional
-        Motion of the air over ground, north, east, down, at the carrier's log times; None where nobody knows it.
-    switches : mapping of str to (n,)
-        What the electric loads do at the carrier's log times: ``flap_motor`` 1 while it turns, ``autopilot`` 1 while it
-        is engaged, ``throttle`` 0 to 1. Empty for a logged track.
-    rotors : mapping of str to (n,) [rad/s], optional
-        Angular speed of what turns, at the carrier's log times: ``propeller``; empty where nobody knows it.
-    """
-
-    carrier: Trajectory
-    duration_s: float
-    simulation_rate_hz: float
-    controls: Mapping[str, np.ndarray]
-    segments: tuple[Segment, ...]
-    maneuvers: tuple[ManeuverFlown, ...]
-    notes: Mapping[str, object] = field(default_factory=dict)
-    wind_n: np.ndarray | None = None
-    switches: Mapping[str, np.ndarray] = field(default_factory=dict)
-    rotors: Mapping[str, np.ndarray] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if self.wind_n is not None:
-            wind_n = readonly(self.wind_n)
-            if wind_n.shape != (len(self.carrier), 3):
-                msg = f"wind_n has shape {wind_n.shape}, expected {(len(self.carrier), 3)}"
-                raise ValueError(msg)
-            object.__setattr__(self, "wind_n", wind_n)
-        for kind in ("controls", "switches", "rotors"):
-            table = {name: readonly(values) for name, values in getattr(self, kind).items()}
-            for name, values in table.items():
-                if values.shape != self.carrier.time_s.shape:
-                    msg = f"{kind} {name!r} has shape {values.shape}, expected {self.carrier.time_s.shape}"
-                    raise ValueError(msg)
-            object.__setattr__(self, kind, table)
-        object.__setattr__(self, "segments", tuple(self.segments))
-        object.__setattr__(self, "maneuvers", tuple(self.maneuvers))
-
-    @cached_property
-    def _control_spline(self) -> CubicSpline:
-        return CubicSpline(self.carrier.time_s, np.column_stack(list(self.controls.values())))
-
-    def controls_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Deflections [rad] at other times inside the logged span, by cubic splines; (m,) for each surface.
-
-        Raises
-        ------
-        ValueError
-            If a time lies outside the logged span.
-        """
-        if not self.controls:
-            return {}
-        rows = self._control_spline(self.carrier.inside(time_s))
-        return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
-
-    def switches_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Switches at other times inside the logged span, straight between the rows of the log; (m,) for each.
-
-        Raises
-        ------
-        ValueError
-            If a time lies outside the logged span.
-        """
-        time_s = self.carrier.inside(time_s)
-        return {name: readonly(np.interp(time_s, self.carrier.time_s, v)) for name, v in self.switches.items()}
-
-    def wind_at(self, time_s: np.ndarray) -> np.ndarray | None:
-        """Wind [m/s] at other times inside the logged span, straight between the rows of the log; (m, 3).
-
-        Turbulence is rough: a smooth curve through its rows would overshoot. None where the wind is not known.
-
-        Raises
-        ------
-        ValueError
-            If a time lies outside the logged span.
-        """
-        if self.wind_n is None:
-            return None
-        time_s = self.carrier.inside(time_s)
-        rows, at = self.carrier, self.carrier.at(time_s)
-        wind_e = rotate_back(rot_ne_at(rows.lat_rad, rows.lon_rad), self.wind_n)
-        columns_e = [np.interp(time_s, rows.time_s, wind_e[:, k]) for k in range(3)]
-        return readonly(rotate(rot_ne_at(at.lat_rad, at.lon_rad), np.column_stack(columns_e)))
-
-    def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.
-
-        These are circuit, leg, turn, transit, leg_heading_deg, maneuver and cycle. Times before the first segment take
-        the first, times after the last take the last.
-        """
-        time_s = np.asarray(time_s, dtype=float)
-        starts = np.array([s.start_s for s in self.segments])
-        index = np.clip(np.searchsorted(starts, time_s + 1e-9, side="right") - 1, 0, len(starts) - 1)
-        out = {
-            "circuit": np.array([s.circuit for s in self.segments], dtype=float)[index],
-            "leg": np.array([s.leg for s in self.segments], dtype=float)[index],
-            "turn": np.array([s.turn for s in self.segments], dtype=float)[index],
-            "transit": np.array([s.transit for s in self.segments], dtype=float)[index],
-            "leg_heading_deg": np.array([s.heading_deg for s in self.segments])[index],
-            "maneuver": np.zeros(len(time_s)),
-            "cycle": np.zeros(len(time_s)),
-        }
-        codes = {name: code for code, name in columns.MANEUVERS.items()}
-        for maneuver in self.maneuvers:
-            rows = (time_s >= maneuver.start_s - 1e-9) & (time_s < maneuver.stop_s - 1e-9)
-            out["maneuver"][rows] = codes[maneuver.kind or maneuver.axis]
-            begun = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
-            # Of several axes at once the one that has flown most cycles counts.
-            out["cycle"][rows] = np.maximum(out["cycle"][rows], np.minimum(begun, maneuver.cycles))
-        return out

@@ -1,0 +1,107 @@
+"""A carrier without a flight model: the models of its ``facts.toml``.
+
+Its path is given, its attitude follows from path and speed; nothing pushes it. It is told in the recording that it is
+kinematic.
+"""
+
+from functools import cached_property
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator
+
+from magsim.aircraft.fact import Area, Degrees, Duration, Fact, Mass, Place, RangeFact, Size, Speed, SpeedRange, in_unit
+from magsim.config import Strict
+
+FrequencyRange = Annotated[RangeFact, AfterValidator(in_unit("Hz"))]
+Spread = Annotated[Fact, AfterValidator(in_unit("m"))]
+
+
+class KinematicDatum(Strict):
+    """Origin of body coordinates."""
+
+    description: str
+
+
+class KinematicLimits(Strict):
+    """What the carrier can be asked to do."""
+
+    ceiling: Size
+    true_airspeed: SpeedRange
+    turn_bank: Degrees
+
+    @property
+    def alt_m(self) -> float:
+        """Ceiling [m] above the ellipsoid."""
+        return self.ceiling.value
+
+    @property
+    def speed_mps(self) -> tuple[float, float]:
+        """Lowest and highest true airspeed [m/s]."""
+        return self.true_airspeed.value
+
+    @cached_property
+    def amplitude_deg(self) -> dict[str, float]:
+        """No maneuvers: nothing swings it."""
+        return dict.fromkeys(("pitch", "roll", "yaw"), 0.0)
+
+
+class SwayFacts(Strict):
+    """How a pilot's hands leave the line: noise in a band of frequencies."""
+
+    lateral: Spread
+    vertical: Spread
+    band: FrequencyRange
+
+
+class KinematicFacts(Strict):
+    """A carrier whose motion is prescribed."""
+
+    kind: Literal["kinematic"]
+    title: str
+    datum: KinematicDatum
+    mass: Mass
+    drag_area: Area
+    center_of_gravity: Place
+    hook: Place
+    bank_ease: Duration
+    climb_limit: Speed
+    sway: SwayFacts
+    limits: KinematicLimits
+
+    @property
+    def cg_b(self) -> tuple[float, float, float]:
+        """Center of gravity in body axes from the datum, (3,) [m]."""
+        return self.center_of_gravity.value
+
+    @property
+    def hook_b(self) -> tuple[float, float, float]:
+        """Where a rope is tied, body axes from the datum, (3,) [m]."""
+        return self.hook.value
+
+    @property
+    def bank_ease_s(self) -> float:
+        """Time for a turn's bank to be taken up [s]."""
+        return self.bank_ease.value
+
+    @property
+    def climb_mps(self) -> float:
+        """Steepest climb and descent [m/s]."""
+        return self.climb_limit.value
+
+    @property
+    def flap(self) -> None:
+        """No flaps."""
+        return
+
+    def loaded(self, payload_kg: float | None, fuel_kg: float | None, payload_aft_m: float) -> "KinematicFacts":
+        """The same facts: nothing is loaded into what has no flight model.
+
+        Raises
+        ------
+        ValueError
+            If a load is asked.
+        """
+        if payload_kg is not None or fuel_kg is not None or payload_aft_m:
+            msg = f"{self.title} is kinematic, its motion knows no load; allowed: no table [loading]"
+            raise ValueError(msg)
+        return self

@@ -1,0 +1,257 @@
+"""Flying a carrier without a flight model: along its path at its airspeed, with the sway of a pilot's hands.
+
+The path is that of its pattern; speed over ground follows from airspeed and steady wind. Sway is noise in a band of
+frequencies across the path and in height. The attitude is that of a coordinated flight along the curve: heading into
+the wind, bank by the acceleration to the right, pitch by drag and the acceleration forward.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy import signal
+from scipy.interpolate import CubicSpline
+
+from magsim.aircraft import Aircraft, KinematicFacts
+from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, transport_rate
+from magsim.earth.atmosphere import standard_density
+from magsim.earth.gravity import gravity_n
+from magsim.flight.elements import Element, length_of
+from magsim.flight.guidance import Crossing
+from magsim.flight.outcome import check_height, pattern_notes, segments_of
+from magsim.flight.planning import MARGIN_S, Plan, check_wind, plan, warmup_s
+from magsim.flight.plant import crab_heading, ground_speed
+from magsim.flight.rates import log_rate_hz
+from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
+from magsim.scenario import Scenario
+from magsim.scenario.air import wind_at
+from magsim.streams import stream
+from magsim.terrain import Ground, TangentPlane
+from magsim.trajectory import Flight, Trajectory, Turning
+
+SPACING_M = 1.0
+"""Of the table of courses along a path."""
+
+SWAY_HZ = 10.0
+"""Sway is drawn on a grid of its own."""
+
+
+class Course(NamedTuple):
+    """A path in the plane over time, without sway: functions of time [s]."""
+
+    along_m: CubicSpline
+    north_m: CubicSpline
+    east_m: CubicSpline
+    course: CubicSpline
+    height_m: CubicSpline
+    """The last four are functions of the distance along the path [m]."""
+
+
+def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None) -> Flight:
+    """The flight of a kinematic carrier.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    aircraft : Aircraft
+        With ``KinematicFacts``.
+    ground : Ground, optional
+
+    Returns
+    -------
+    Flight
+        Logged from one warm-up before the first row; it has neither controls nor switches.
+
+    Raises
+    ------
+    RequestError
+        If the pattern does not fit the speed.
+    DataError
+        If it touches the ground.
+    """
+    facts = aircraft.facts
+    assert isinstance(facts, KinematicFacts)
+    scenario.loading.apply(facts)
+    planned = plan(scenario, facts, ground)
+    check_wind(scenario, planned.path)
+    way = course_of(scenario, planned)
+    ends = np.cumsum([0.0, *(element.length_m for element in planned.path)])
+    crossed = [_time_at(way, end) for end in ends]
+    end_s, rate_hz = crossed[-1], scenario.recording.rate_hz
+    log_hz = scenario.flight.log_hz or log_rate_hz(facts, scenario.flight.step_hz)
+    before_s = MARGIN_S + (scenario.tow.settle_s if scenario.tow else 0.0)
+    grid = np.arange(-round(before_s * log_hz), math.floor((end_s + MARGIN_S) * log_hz) + 1) / log_hz
+    spreads = sway_spreads(scenario, facts)
+    offsets = sway(grid, spreads, facts.sway.band.value, scenario.seed)
+    carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, sway_m=offsets)
+    crossings = [Crossing(i, time) for i, time in enumerate(crossed[:-1])]
+    segments = segments_of(crossings, planned.path, 0.0, end_s, carrier)
+    flight = Flight(
+        carrier=carrier,
+        duration_s=math.floor(end_s * rate_hz + 1e-9) / rate_hz,
+        simulation_rate_hz=float(scenario.flight.step_hz),
+        controls={},
+        segments=segments,
+        maneuvers=(),
+        wind_n=wind_n,
+        notes={
+            "carrier": "kinematic: prescribed path with sway, attitude from path and speed, no flight model",
+            "sway_lateral_m": spreads[0],
+            "sway_vertical_m": spreads[1],
+            "log_hz": log_hz,
+            "warmup_s": warmup_s(scenario),
+            **pattern_notes(scenario, planned.path, carrier, segments, []),
+        },
+    )
+    check_height(flight, ground)
+    return flight
+
+
+def course_of(scenario: Scenario, planned: Plan) -> Course:
+    """Courses and places along a path, and where it is flown when: time 0 is the path's beginning."""
+    speed = scenario.start.speed_mps
+    before = (warmup_s(scenario) + 2.0 * MARGIN_S) * (speed + math.hypot(*scenario.air.wind_mps))
+    after = 3.0 * MARGIN_S * (speed + math.hypot(*scenario.air.wind_mps))
+    table = _courses(planned.path, before, after)
+    along, course = table[:, 0], table[:, 1]
+    heights = planned.heights
+    level = scenario.start.alt_m
+    height = np.full(len(along), level) if heights is None else np.array([heights.at(s) for s in along.tolist()])
+    winds = {alt: wind_at(scenario.air, scenario.start, alt, planned.setup.ground_m) for alt in set(height.tolist())}
+    over_ground = [ground_speed(speed, c, winds[h]) for c, h in zip(course.tolist(), height.tolist(), strict=True)]
+    # time along the path, by the integral of its inverse speed from the path's beginning
+    clock = CubicSpline(along, 1.0 / np.array(over_ground)).antiderivative()
+    time = clock(along) - clock(0.0)
+    north, east = (CubicSpline(along, part).antiderivative() for part in (np.cos(course), np.sin(course)))
+    first = planned.path[0].at(0.0)
+    return Course(
+        CubicSpline(time, along),
+        _moved(north, first.north_m - float(north(0.0))),
+        _moved(east, first.east_m - float(east(0.0))),
+        CubicSpline(along, course),
+        CubicSpline(along, height),
+    )
+
+
+def _moved(curve: CubicSpline, by: float) -> CubicSpline:
+    """A curve plus a constant."""
+    curve.c[-1] += by
+    return curve
+
+
+def _courses(path: Sequence[Element], before_m: float, after_m: float) -> np.ndarray:
+    """Distance along a path and course there, continuous, (n, 2): from before its beginning to after its end."""
+    starts = np.cumsum([0.0, *(element.length_m for element in path)])
+    count = math.ceil((before_m + length_of(path) + after_m) / SPACING_M)
+    along = -before_m + SPACING_M * np.arange(count + 1)
+    index = np.clip(np.searchsorted(starts, along, side="right") - 1, 0, len(path) - 1)
+    courses = [path[i].at(s - starts[i]).course for i, s in zip(index.tolist(), along.tolist(), strict=True)]
+    return np.column_stack([along, np.unwrap(courses)])
+
+
+def _time_at(way: Course, along_m: float) -> float:
+    """When a distance along the path is reached [s]."""
+    times, alongs = way.along_m.x, way.along_m(way.along_m.x)
+    guess = float(np.interp(along_m, alongs, times))
+    for _ in range(3):
+        guess -= float(way.along_m(guess) - along_m) / float(way.along_m(guess, 1))
+    return guess
+
+
+def sway_spreads(scenario: Scenario, facts: KinematicFacts) -> tuple[float, float]:
+    """Standard deviations of the sway across and in height [m]."""
+    asked = scenario.flight.sway
+    lateral, vertical = facts.sway.lateral.value, facts.sway.vertical.value
+    if asked is None:
+        return lateral, vertical
+    return (
+        lateral if asked.lateral_m is None else asked.lateral_m,
+        vertical if asked.vertical_m is None else asked.vertical_m,
+    )
+
+
+def sway(time_s: np.ndarray, spreads_m: tuple[float, float], band_hz: tuple[float, float], seed: int) -> np.ndarray:
+    """Departures from the path to the right and down, (n, 2) [m]: white noise in a band, forward and backward.
+
+    Parameters
+    ----------
+    time_s : (n,) [s]
+    spreads_m : (float, float)
+        Standard deviations.
+    band_hz : (low, high)
+        Of a Butterworth band-pass of second order.
+    seed : int
+    """
+    sos = signal.butter(2, band_hz, "bandpass", fs=SWAY_HZ, output="sos")
+    # the run-in of the filter: some periods of the lower edge
+    lead = math.ceil(5.0 / band_hz[0] * SWAY_HZ)
+    first, last = math.floor(time_s[0] * SWAY_HZ) - lead, math.ceil(time_s[-1] * SWAY_HZ) + lead
+    knots = np.arange(first, last + 1) / SWAY_HZ
+    frequency, gain = signal.sosfreqz(sos, worN=1 << 15, fs=SWAY_HZ)
+    power = float(np.mean(np.abs(gain[frequency <= SWAY_HZ / 2.0]) ** 4))
+    out = np.empty((len(time_s), 2))
+    for k, name in enumerate(("lateral", "vertical")):
+        noise = stream(seed, f"carrier/sway/{name}").standard_normal(len(knots))
+        moved = signal.sosfiltfilt(sos, noise, padtype=None) * (spreads_m[k] / math.sqrt(power))
+        out[:, k] = CubicSpline(knots, moved)(time_s)
+    return out
+
+
+def _motion(
+    scenario: Scenario,
+    facts: KinematicFacts,
+    planned: Plan,
+    way: Course,
+    *,
+    time_s: np.ndarray,
+    sway_m: np.ndarray,
+) -> tuple[Trajectory, np.ndarray]:
+    """Trajectory of the center of gravity and the wind at its rows."""
+    along = way.along_m(time_s)
+    course, height = way.course(along), way.height_m(along)
+    sin, cos = np.sin(course), np.cos(course)
+    setup, start = planned.setup, scenario.start
+    plane = TangentPlane(planned.plane.lat_rad, planned.plane.lon_rad, planned.plane.alt_m)
+    lat, lon = plane.geodetic(way.north_m(along) - sway_m[:, 0] * sin, way.east_m(along) + sway_m[:, 0] * cos)
+    curve = CubicSpline(time_s, ecef_from_geodetic(lat, lon, height - sway_m[:, 1]))
+    lat, lon, alt = geodetic_from_ecef(curve(time_s))
+    lon, rot_ne = np.unwrap(lon), rot_ne_at(lat, lon)
+    velocity_n, acceleration_n = rotate(rot_ne, curve(time_s, 1)), rotate(rot_ne, curve(time_s, 2))
+    # north of the plane as seen at each place: none at its origin, much near a pole
+    to_plane = rot_ne_at(plane.lat_rad, plane.lon_rad)
+    turned = np.einsum("nij,kj->nik", rot_ne, to_plane[:2])
+    winds = np.array([wind_at(scenario.air, start, h, setup.ground_m) for h in height.tolist()])
+    wind_n = np.einsum("nik,nk->ni", turned, winds)
+    heading = np.array(
+        [crab_heading(start.speed_mps, c, tuple(w)) for c, w in zip(course.tolist(), winds.tolist(), strict=True)]
+    )
+    forward_n = np.einsum("nik,nk->ni", turned, np.column_stack([np.cos(heading), np.sin(heading)]))
+    forward_n[:, 2] = 0.0
+    forward_n /= np.sqrt(np.einsum("ni,ni->n", forward_n, forward_n))[:, None]
+    attitude = _attitude(facts, start.speed_mps, alt, acceleration_n, gravity_n(lat, alt)[:, 2], forward_n=forward_n)
+    turning = Turning(time_s, lat, lon, attitude)
+    attitude, rate_eb_b = turning.at(time_s, lat, lon)
+    rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
+    carrier = Trajectory(time_s, lat, lon, alt, velocity_n, attitude, rate_b, np.array(facts.cg_b))
+    return carrier, wind_n
+
+
+def _attitude(
+    facts: KinematicFacts,
+    speed_mps: float,
+    alt_m: np.ndarray,
+    acceleration_n: np.ndarray,
+    gravity: np.ndarray,
+    *,
+    forward_n: np.ndarray,
+) -> np.ndarray:
+    """Attitude of a rotor that holds weight, drag and acceleration, (n, 3) [rad]."""
+    drag = 0.5 * standard_density(alt_m) * speed_mps**2 * facts.drag_area.value / facts.mass.value
+    ahead = np.einsum("ni,ni->n", acceleration_n, forward_n) + drag
+    aside = acceleration_n[:, 1] * forward_n[:, 0] - acceleration_n[:, 0] * forward_n[:, 1]
+    lifted = gravity - acceleration_n[:, 2]
+    pitch = -np.arctan2(ahead, lifted)
+    roll = np.arctan2(aside, np.hypot(ahead, lifted))
+    heading = np.unwrap(np.arctan2(forward_n[:, 1], forward_n[:, 0]))
+    return np.column_stack([roll, pitch, heading])

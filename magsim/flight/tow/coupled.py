@@ -1,0 +1,164 @@
+"""A bird that pulls on its carrier: the line is stepped with the flight model, which feels it one step later."""
+
+import math
+from array import array
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+
+from magsim.earth.atmosphere import standard_density
+from magsim.earth.gravity import SPIN_RADPS, gravity_n
+from magsim.flight.tow.chain import advance, nodes_of, pull_on_hook
+from magsim.flight.tow.hook import GUST_HZ, gust_knots
+from magsim.flight.tow.line import Felt, Line
+from magsim.flight.tow.steady import Steady
+from magsim.flight.tow.swing import Swing, hanging
+from magsim.scenario import Gusts
+
+RAMP_S = 10.0
+"""The carrier is trimmed without a rope: its pull is taken up over so long."""
+
+
+class Coupled:
+    """A line under a flight model, step by step.
+
+    Parameters
+    ----------
+    line : Line
+    found : Steady
+        The equilibrium in which it begins.
+    arm_b : (3,) [m]
+        From the carrier's center of gravity to the hook.
+    gusts : Gusts
+    airspeed_mps : float
+    seed : int
+    step_s : float [s]
+    steps_per_row : int
+        Of the log.
+    """
+
+    def __init__(
+        self,
+        line: Line,
+        found: Steady,
+        arm_b: Sequence[float],
+        *,
+        gusts: Gusts,
+        airspeed_mps: float,
+        seed: int,
+        step_s: float,
+        steps_per_row: int,
+    ) -> None:
+        self.line, self._found, self._arm_b = line, found, np.array(arm_b, dtype=float)
+        self._gusts = gust_knots(gusts, airspeed_mps, seed)
+        self._drawn: list[np.ndarray] = []
+        self._step_s, self._per_row, self._steps = step_s, steps_per_row, 0
+        self._state: np.ndarray | None = None
+        self._air = np.zeros((3, 10))
+        self._velocity_e = np.zeros(3)
+        self._gravity = 0.0
+        self._logged = np.zeros((1, 4))
+        self._rows, self._least, self._most = array("d"), math.inf, -math.inf
+        self._slack: int | None = None
+
+    def begin(self, felt: Felt) -> None:
+        """Hang the line below a carrier that flies straight and level."""
+        self._velocity_e, rot_ne = _hook(np.array(felt), self._arm_b)
+        self._feel(felt, rot_ne, np.zeros(3))
+        self._state = hanging(self.line, self._found, self._air[2])
+        self._log()
+
+    def step(self, felt: Felt) -> tuple[float, float, float]:
+        """Step the line to where the carrier is now; returns its pull on the hook, north, east, down [N]."""
+        assert self._state is not None
+        before = self._velocity_e
+        self._velocity_e, rot_ne = _hook(np.array(felt), self._arm_b)
+        self._feel(felt, rot_ne, (self._velocity_e - before) / self._step_s)
+        numbers = self.line.numbers
+        advance(numbers, self._state, self._air, self._step_s, self._logged)
+        self._steps += 1
+        least, most = float(self._logged[0, 2]), float(self._logged[0, 3])
+        self._least, self._most = min(self._least, least), max(self._most, most)
+        if self._slack is None and least < 0.0:
+            self._slack = self._steps
+        if self._steps % self._per_row == 0:
+            self._log()
+        taken_up = min(1.0, self._steps * self._step_s / RAMP_S)
+        north, east, down = taken_up * (rot_ne @ pull_on_hook(numbers, self._state, self._air[2]))
+        return float(north), float(east), float(down)
+
+    def _feel(self, felt: Felt, rot_ne: np.ndarray, acceleration_e: np.ndarray) -> None:
+        """Air and apparent gravity at the end of a step; those of its middle are between both ends."""
+        if self._steps % 12 == 0:
+            self._gravity = float(gravity_n(felt.lat, felt.alt)[2])
+        velocity = self._velocity_e
+        coriolis = 2.0 * SPIN_RADPS * np.array([-velocity[1], velocity[0], 0.0])
+        wind_n = np.array([felt.wind_north, felt.wind_east, felt.wind_down])
+        self._air[0] = self._air[2]
+        end = self._air[2]
+        end[:3] = self._gravity * rot_ne[2] - acceleration_e - coriolis
+        end[3:6] = wind_n @ rot_ne - velocity
+        end[6:9] = end[3:6] + self._gust(self._steps * self._step_s) @ rot_ne
+        end[9] = standard_density(felt.alt)
+        # the acceleration is that of the whole step
+        self._air[0, :3] = end[:3]
+        self._air[1] = 0.5 * (self._air[0] + end)
+
+    def _gust(self, time_s: float) -> np.ndarray:
+        """Gust at a time since the beginning, straight between its knots, (3,) [m/s]."""
+        place = time_s * GUST_HZ
+        index = int(place)
+        while len(self._drawn) < index + 2:
+            self._drawn.append(next(self._gusts))
+        part = place - index
+        return (1.0 - part) * self._drawn[index] + part * self._drawn[index + 1]
+
+    def _log(self) -> None:
+        """A row of the log: what ``Swing`` holds."""
+        assert self._state is not None
+        body = 6 * (self.line.links - 1)
+        self._rows.extend(self._state[body:])
+        self._rows.extend(nodes_of(self.line, self._state)[-1])
+        self._rows.extend(self._logged[0, :2])
+
+    def flown(self, start_s: float, stop_s: float, zero_s: float, log_hz: int) -> Swing:
+        """The swing between two times of the carrier's clock, with the time counted from ``zero_s``."""
+        table = np.frombuffer(self._rows, dtype=float).reshape(-1, 18)
+        time_s = np.arange(len(table)) / log_hz
+        rows = (time_s >= start_s - 1e-9) & (time_s <= stop_s + 1e-9)
+        place, velocity, rate, quaternion, bridle, tension = np.split(table[rows], [3, 6, 9, 13, 16], axis=1)
+        return Swing(
+            time_s=time_s[rows] - zero_s,
+            place_m=place,
+            velocity_mps=velocity,
+            quaternion=quaternion,
+            rate_b=rate,
+            bridle_m=bridle,
+            tension_n=tension,
+            least_n=self._least,
+            most_n=self._most,
+            slack_s=None if self._slack is None else self._slack * self._step_s - zero_s,
+            lost_s=None,
+        )
+
+
+@njit(cache=True, error_model="numpy")
+def _hook(felt: np.ndarray, arm_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity of the hook along Earth-fixed axes, and the rotation from these to north, east, down."""
+    lat, lon = felt[0], felt[1]
+    sp, cp, sl, cl = math.sin(lat), math.cos(lat), math.sin(lon), math.cos(lon)
+    rot_ne = np.array([[-sp * cl, -sp * sl, cp], [-sl, cl, 0.0], [-cp * cl, -cp * sl, -sp]])
+    sr, cr, sh, ch = math.sin(felt[6]), math.cos(felt[6]), math.sin(felt[8]), math.cos(felt[8])
+    st, ct = math.sin(felt[7]), math.cos(felt[7])
+    p, q, r = felt[9], felt[10], felt[11]
+    x = q * arm_b[2] - r * arm_b[1]
+    y = r * arm_b[0] - p * arm_b[2]
+    z = p * arm_b[1] - q * arm_b[0]
+    north = felt[3] + ct * ch * x + (sr * st * ch - cr * sh) * y + (cr * st * ch + sr * sh) * z
+    east = felt[4] + ct * sh * x + (sr * st * sh + cr * ch) * y + (cr * st * sh - sr * ch) * z
+    down = felt[5] - st * x + sr * ct * y + cr * ct * z
+    velocity = np.empty(3)
+    for c in range(3):
+        velocity[c] = rot_ne[0, c] * north + rot_ne[1, c] * east + rot_ne[2, c] * down
+    return velocity, rot_ne

@@ -1,0 +1,98 @@
+"""The tow point: how it moves through the air and in gravity, along Earth-fixed axes."""
+
+import math
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from magsim.earth import ecef_from_geodetic, rot_ne_at
+from magsim.earth.atmosphere import standard_density
+from magsim.earth.gravity import SPIN_RADPS, gravity_n
+from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
+from magsim.scenario import Gusts
+from magsim.streams import stream
+from magsim.trajectory import Trajectory
+
+EARTH_SPIN_E = (0.0, 0.0, SPIN_RADPS)
+
+GUST_HZ = 10.0
+"""Gusts are drawn on a grid of their own: the step rate must not change the weather."""
+
+
+def gust_knots(gusts: Gusts, airspeed_mps: float, seed: int) -> Iterator[np.ndarray]:
+    """Gusts at the bird, one knot after the other, (3,) [m/s] north, east, down: a Gauss-Markov process on each axis.
+
+    Parameters
+    ----------
+    gusts : Gusts
+    airspeed_mps : float
+        The length scale over it is the correlation time.
+    seed : int
+    """
+    keep = math.exp(-max(airspeed_mps, 1.0) / (gusts.length_m * GUST_HZ))
+    drive = gusts.speed_mps * math.sqrt(1.0 - keep**2)
+    rng = stream(seed, "tow/gusts")
+    state = gusts.speed_mps * rng.standard_normal(3)
+    while True:
+        yield state
+        state = keep * state + drive * rng.standard_normal(3)
+
+
+def gusts_n(gusts: Gusts, time_s: np.ndarray, airspeed_mps: float, seed: int) -> np.ndarray:
+    """Gusts at given times, counted from the first of them, (n, 3) [m/s]: straight between the knots."""
+    since = time_s - time_s[0]
+    count = math.ceil(since[-1] * GUST_HZ) + 1
+    drawn = np.array(list(islice(gust_knots(gusts, airspeed_mps, seed), count)))
+    knots = np.arange(count) / GUST_HZ
+    return np.column_stack([np.interp(since, knots, drawn[:, k]) for k in range(3)])
+
+
+class Hook:
+    """The motion of a tow point as the equations of the chain take it.
+
+    Its place is a cubic spline through the rows of the carrier's log; velocity and acceleration are its derivatives.
+    Wind and gusts are straight between the rows.
+
+    Parameters
+    ----------
+    carrier : Trajectory
+    hook_b : (3,) [m]
+        Where the rope is tied, carrier axes from the datum.
+    wind_n, gust_n : (n, 3) [m/s]
+        Motion of the air at the carrier's rows, and what is added to it at the bird.
+    """
+
+    def __init__(self, carrier: Trajectory, hook_b: np.ndarray, wind_n: np.ndarray, gust_n: np.ndarray) -> None:
+        rot_ne, rot_nb = rot_ne_at(carrier.lat_rad, carrier.lon_rad), rot_nb_from_attitude(carrier.attitude)
+        center_e = ecef_from_geodetic(carrier.lat_rad, carrier.lon_rad, carrier.alt_m)
+        arm_n = rotate(rot_nb, np.asarray(hook_b) - carrier.reference_b)
+        self.time_s = carrier.time_s
+        self.origin_e = center_e[0]
+        self._place = CubicSpline(self.time_s, center_e + rotate_back(rot_ne, arm_n) - self.origin_e)
+        gravity_e = rotate_back(rot_ne, gravity_n(carrier.lat_rad, carrier.alt_m))
+        self._gravity = CubicSpline(self.time_s, gravity_e)
+        wind_e = rotate_back(rot_ne, wind_n)
+        density = standard_density(carrier.alt_m)
+        self._rows = np.column_stack([wind_e, wind_e + rotate_back(rot_ne, gust_n), density])
+
+    def place_e(self, time_s: np.ndarray) -> np.ndarray:
+        """Earth-fixed place, (n, 3) [m]."""
+        return self.origin_e + self._place(time_s)
+
+    def velocity_e(self, time_s: np.ndarray) -> np.ndarray:
+        """Velocity over ground along Earth-fixed axes, (n, 3) [m/s]."""
+        return self._place(time_s, 1)
+
+    def air(self, time_s: np.ndarray) -> np.ndarray:
+        """What acts on a line at given times, (n, 10): see ``chain``."""
+        velocity = self._place(time_s, 1)
+        coriolis = 2.0 * SPIN_RADPS * np.column_stack([-velocity[:, 1], velocity[:, 0], np.zeros(len(velocity))])
+        out = np.empty((len(time_s), 10))
+        out[:, :3] = self._gravity(time_s) - self._place(time_s, 2) - coriolis
+        for k in range(7):
+            out[:, 3 + k] = np.interp(time_s, self.time_s, self._rows[:, k])
+        out[:, 3:6] -= velocity
+        out[:, 6:9] -= velocity
+        return out

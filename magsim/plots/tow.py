@@ -1,0 +1,131 @@
+"""The drawing of a tow: how the bird swings under its rope, and what that does to the field."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.signal import welch
+
+from magsim import columns, signals
+from magsim.plots.figures import COLORS, INK, angle_of, dress, legend_above, new_figure
+from magsim.recording import Recording
+
+SPECTRUM_S = 100.0
+"""Length of the pieces of a spectrum: the swing of a 30 m rope has nine periods in it."""
+
+
+def swing_angles(recording: Recording) -> dict[str, np.ndarray]:
+    """Angles of the rope and of the bird [deg]; yaw is the bird's heading less that of its carrier."""
+    rope = {way: recording[columns.TRUE_ROPE_ANGLE.name(way=way)] for way in columns.ROPE_WAYS}
+    carrier = recording[columns.TRUE_CARRIER_ATTITUDE.name(angle="heading")]
+    yaw = (angle_of(recording, "heading") - carrier + 180.0) % 360.0 - 180.0
+    return {
+        "rope, trail": rope["trail"],
+        "rope, side": rope["side"],
+        "bird, pitch": angle_of(recording, "pitch"),
+        "bird, yaw": yaw,
+        "bird, roll": angle_of(recording, "roll"),
+    }
+
+
+def tow(recording: Recording, sensor: str) -> Figure:
+    """Angles, tension, heights and field over time; spectrum of the angles; the swing as seen from above."""
+    figure = _figure_of(recording, sensor)
+    figure.align_ylabels()
+    return figure
+
+
+def _figure_of(recording: Recording, sensor: str) -> Figure:
+    figure = new_figure(13.0, 8.4)
+    grid = figure.add_gridspec(5, 2, width_ratios=(1.6, 1.0))
+    angles = swing_angles(recording)
+    time = [figure.add_subplot(grid[0, 0])]
+    time += [figure.add_subplot(grid[row, 0], sharex=time[0]) for row in range(1, 5)]
+    for axes in time:
+        _shade_turns(axes, recording)
+    for name, color in (("rope, trail", COLORS[0]), ("rope, side", COLORS[1])):
+        time[0].plot(recording.time_s, angles[name], color=color, lw=0.8, label=name)
+    for name, color in (("bird, pitch", COLORS[2]), ("bird, yaw", COLORS[3]), ("bird, roll", COLORS[4])):
+        time[1].plot(recording.time_s, angles[name], color=color, lw=0.6, label=name)
+    time[2].plot(recording.time_s, recording[columns.TRUE_ROPE_TENSION.name()], color=INK, lw=0.6)
+    for name, color in ((columns.TRUE_CARRIER_ALTITUDE, COLORS[0]), (columns.TRUE_ALTITUDE, INK)):
+        label = "carrier" if name is columns.TRUE_CARRIER_ALTITUDE else "bird"
+        time[3].plot(recording.time_s, recording[name.name()], color=color, lw=0.8, label=label)
+    _field(time[4], recording, sensor)
+    labels = ("rope [deg]", "bird [deg]", "tension [N]", "height [m]", "above 0.03 Hz [nT]")
+    for axes, label in zip(time, labels, strict=True):
+        dress(axes, label, xlabel="time [s]" if axes is time[-1] else "")
+        axes.tick_params(labelbottom=axes is time[-1])
+        legend_above(axes, 3)
+    time[0].set_xlim(recording.time_s[0], recording.time_s[-1])
+    time[0].set_title(f"{recording.name}: tow; turns shaded", fontsize=10, color=INK, loc="left")
+    _spectrum(figure.add_subplot(grid[:3, 1]), recording, angles)
+    _from_above(figure.add_subplot(grid[3:, 1]), recording, angles)
+    return figure
+
+
+def _shade_turns(axes: Axes, recording: Recording) -> None:
+    if columns.TURN.pattern in recording:
+        low, high = 0.0, 1.0
+        turns = recording[columns.TURN.pattern] > 0.0
+        axes.fill_between(
+            recording.time_s, low, high, where=turns, transform=axes.get_xaxis_transform(), color="#eef1f4", lw=0
+        )
+
+
+def _field(axes: Axes, recording: Recording, sensor: str) -> None:
+    """What swinging changes of the background, beside the interference, both without what is slow."""
+    for name, label, color in (
+        (columns.SWING.name(sensor=sensor), "background, by swinging", COLORS[2]),
+        (columns.INTERFERENCE.name(sensor=sensor), "interference", COLORS[1]),
+    ):
+        if name in recording:
+            axes.plot(
+                recording.time_s,
+                signals.high_pass(recording[name], recording.rate_hz),
+                color=color,
+                lw=0.7,
+                label=label,
+            )
+
+
+def straight(recording: Recording) -> np.ndarray:
+    """Rows on legs, (n,) bool; all where the recording does not tell turns."""
+    turn = columns.TURN.pattern
+    return recording[turn] == 0.0 if turn in recording else np.ones(len(recording), dtype=bool)
+
+
+def _spectrum(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -> None:
+    """Densities of the angles over the straight legs, piece by piece."""
+    size = int(SPECTRUM_S * recording.rate_hz)
+    pieces = recording.take(straight(recording)).pieces()
+    for (name, values), color in zip(angles.items(), COLORS, strict=False):
+        whole = dict(zip(recording.time_s.tolist(), values.tolist(), strict=True))
+        powers, weights = [], []
+        for piece in pieces:
+            part = np.array([whole[t] for t in piece.time_s.tolist()])
+            if len(part) < size // 2:
+                continue
+            frequency, power = welch(part, recording.rate_hz, nperseg=min(size, len(part)), nfft=size, detrend="linear")
+            powers.append(power)
+            weights.append(len(part))
+        if powers:
+            mean = np.average(powers, axis=0, weights=weights)
+            axes.loglog(frequency[1:], np.sqrt(mean[1:]), color=color, lw=1.0, label=name)
+    axes.axvspan(0.1, 0.6, color="#eef1f4", lw=0, zorder=0)
+    axes.set_title("angles on the legs; compensation band shaded", fontsize=10, color=INK, loc="left")
+    dress(axes, "deg / sqrt(Hz)", xlabel="frequency [Hz]")
+    axes.legend(fontsize=8, frameon=False)
+
+
+def _from_above(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -> None:
+    """Where the bird is below the hook, in rope lengths, on legs and in turns."""
+    right, behind = np.tan(np.radians(angles["rope, side"])), np.tan(np.radians(angles["rope, trail"]))
+    legs = straight(recording)
+    for rows, color, label in ((~legs, "#b7bec6", "turns"), (legs, COLORS[0], "legs")):
+        axes.plot(right[rows], -behind[rows], ".", ms=1.5, color=color, label=label)
+    axes.plot(0.0, 0.0, "+", color=INK, ms=9)
+    axes.annotate("hook", (0.0, 0.0), (6, 4), textcoords="offset points", fontsize=8, color=INK)
+    axes.set_aspect("equal", adjustable="datalim")
+    dress(axes, "ahead / below", xlabel="right / below")
+    axes.set_title("the bird seen from above, along the course", fontsize=10, color=INK, loc="left")
+    axes.legend(fontsize=8, frameon=False, markerscale=5.0, loc="best")

@@ -1,0 +1,138 @@
+"""The tow: a bird on a rope under the carrier."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from magsim.config import Strict, Vector
+from magsim.scenario.base import NonNegative, Positive, aircraft_of, bird_of
+from magsim.units import G0
+
+if TYPE_CHECKING:
+    from magsim.aircraft import Aircraft, Bird
+    from magsim.scenario.patterns import PatternBase
+    from magsim.scenario.start import Start
+
+LEAST_LINK_M = 0.25
+"""Shortest link of a rope: below it the steps of the chain become too many."""
+
+WHIP_G = 0.5
+"""Vertical swing of the hook, amplitude over g, beyond which a rope is whipped: tests/benchmarks/tow_accuracy.py."""
+
+
+class TowRope(Strict):
+    """The rope; a key that is left out takes what the bird's file says."""
+
+    length_m: Positive | None = Field(default=None, ge=1.0, le=500.0, description="from the hook to the bridle")
+    diameter_m: Positive | None = Field(default=None, le=0.1)
+    mass_kgpm: Positive | None = Field(default=None, le=5.0, description="for each meter")
+    links: int = Field(default=10, ge=2, le=60, description="of the chain that stands for the rope")
+
+
+class TowBody(Strict):
+    """The body at its end; a key that is left out takes what the bird's file says."""
+
+    mass_kg: Positive | None = Field(default=None, le=2000.0, description="scales the moments of inertia too")
+    drag_area_m2: NonNegative | None = Field(default=None, le=10.0, description="along the axis")
+    cross_area_m2: NonNegative | None = Field(default=None, le=20.0, description="across the axis")
+    fin_area_m2: NonNegative | None = Field(default=None, le=10.0, description="in each plane")
+    fin_station_m: float | None = Field(default=None, ge=-20.0, le=20.0, description="from the datum, forward")
+    bridle_m: Vector | None = Field(default=None, description="where the rope is tied, from the datum")
+
+
+class Gusts(Strict):
+    """Gusts at the bird beside the air that the carrier meets: noise of first order on each axis."""
+
+    speed_mps: NonNegative = Field(default=0.3, le=10.0, description="standard deviation on each axis")
+    length_m: Positive = Field(default=150.0, le=5000.0, description="length scale; over the airspeed, a time")
+
+
+class Tow(Strict):
+    """A bird on a rope: which one, how long, how flown."""
+
+    bird: str = Field(default="bird", description="name of a shipped bird, or path of a folder of your own: ./mine")
+    rope: TowRope = TowRope()
+    body: TowBody = TowBody()
+    hook_m: Vector | None = Field(
+        default=None, description="where the rope is tied, carrier axes from its datum; else what its file says"
+    )
+    gusts: Gusts = Gusts()
+    settle_s: float = Field(
+        default=120.0, ge=0.0, le=900.0, description="flown before the first row and thrown away, beside warmup_s"
+    )
+    coupling: Literal["one_way", "two_way"] = Field(
+        default="one_way", description="two_way: the rope pulls on the carrier, by JSBSim's external forces"
+    )
+    step_hz: int | None = Field(
+        default=None, ge=30, le=1920, multiple_of=30, description="steps a second; else as many as the tension needs"
+    )
+
+    @field_validator("rope")
+    @classmethod
+    def _long_enough(cls, rope: TowRope, info: ValidationInfo) -> TowRope:
+        bird = bird_of(info)
+        length = rope.length_m or (bird.facts.rope.length.value if bird else None)
+        if length is not None and length < LEAST_LINK_M * rope.links:
+            msg = (
+                f"{rope.links} links in {length:g} m of rope are {length / rope.links:.3g} m each; allowed: at least "
+                f"{LEAST_LINK_M:g} m, that is up to {max(2, math.floor(length / LEAST_LINK_M))} links, or a longer rope"
+            )
+            raise ValueError(msg)
+        return rope
+
+    @field_validator("hook_m")
+    @classmethod
+    def _hook_is_known(cls, value: Vector | None, info: ValidationInfo) -> Vector | None:
+        aircraft = aircraft_of(info)
+        if value is None and aircraft and aircraft.facts.hook_b is None:
+            msg = f"the file of {aircraft.name} names no hook; allowed: a place in its axes, [x, y, z] in m"
+            raise ValueError(msg)
+        return value
+
+
+def check_tow(
+    tow: Tow, start: "Start", parts: "tuple[PatternBase, ...]", bird: "Bird | None", *, kinematic: bool
+) -> Iterator[tuple[str, str]]:
+    """Problems of a tow with its flight: key within ``tow``, and text."""
+    if kinematic and tow.coupling == "two_way":
+        yield "coupling", "a carrier without a flight model feels no rope; allowed: 'one_way'"
+    if tow.coupling == "two_way" and tow.step_hz is not None:
+        yield "step_hz", "a rope that pulls is stepped with the flight model; allowed: flight.step_hz"
+    if bird is not None:
+        low, high = bird.facts.limits.speed_mps
+        if not low <= start.speed_mps <= high:
+            text = f"{bird.name} is not modeled at start.speed_mps = {start.speed_mps:g}; allowed: {low:g} to {high:g}"
+            yield "bird", text
+    whip = next((text for part in parts if (text := _whip(part, start))), "")
+    if whip:
+        yield "bird", whip
+
+
+def check_names(aircraft: "Aircraft", bird: "Bird | None") -> Iterator[tuple[str, str]]:
+    """Circuits and buses of carrier and bird must differ in name: both become columns."""
+    for kind in ("circuits", "buses"):
+        above, below = ({item.name for item in getattr(v.magnetics, kind)} if v else set() for v in (aircraft, bird))
+        double = ", ".join(sorted(above & below))
+        if double:
+            yield "bird", f"{aircraft.name} has {kind} of the same name: {double}; allowed: names of its own"
+
+
+def _whip(pattern: "PatternBase", start: "Start") -> str:
+    """What is wrong with pitch maneuvers above a rope, or nothing."""
+    per_deg = start.speed_mps * math.radians(1.0) * 2.0 * math.pi / G0
+    for train in pattern.maneuvers:
+        for swing in train.swings:
+            legs = range(pattern.legs * pattern.circuits) if swing.axis == "pitch" else ()
+            for amplitude, period in ((swing.amplitude(leg), swing.period(leg)) for leg in legs):
+                load = per_deg * amplitude / period
+                if load > WHIP_G:
+                    most, least = 10.0 * WHIP_G * period / per_deg, 10.0 * per_deg * amplitude / WHIP_G
+                    return (
+                        f"pitch maneuvers of {amplitude:g} deg in {period:g} s swing the hook by {load:.2f} g at "
+                        f"{start.speed_mps:g} m/s and whip the rope; allowed: {WHIP_G:g} g, up to "
+                        f"{math.floor(most) / 10.0:g} deg in {period:g} s, or a period of at least "
+                        f"{math.ceil(least) / 10.0:g} s"
+                    )
+    return ""

@@ -1,0 +1,203 @@
+"""A whole scenario: one flight, complete."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, ValidationInfo, field_validator
+
+from magsim.aircraft import KinematicFacts
+from magsim.config import Problems, Strict
+from magsim.scenario.air import Air, check_still, check_wind
+from magsim.scenario.base import aircraft_of, bird_of
+from magsim.scenario.flaps import check_moves
+from magsim.scenario.geology import (
+    check_crust,
+    check_targets,
+)
+from magsim.scenario.instruments import (
+    Sensors,
+)
+from magsim.scenario.loading import Loading
+from magsim.scenario.patterns import (
+    LEGS,
+    Box,
+    Cloverleaf,
+    Diamond,
+    Fom,
+    FomPeakToPeak,
+    HeadingCross,
+    StraightLine,
+    Survey,
+    check_pattern,
+    check_surveys,
+    heights_of,
+    parts_of,
+)
+from magsim.scenario.patterns import (
+    Sequence as PatternSequence,
+)
+from magsim.scenario.physics import Field_
+from magsim.scenario.start import FlightSettings, Start
+from magsim.scenario.terrain import Terrain
+from magsim.scenario.tow import Tow, check_names, check_tow
+from magsim.scenario.track import Track, check_track
+
+Pattern = Annotated[
+    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | Survey | PatternSequence | Track,
+    Discriminator("kind"),
+]
+"""Every pattern that a scenario may name."""
+
+
+class RecordingSettings(Strict):
+    """The rows that are written, and which of them serve for training."""
+
+    rate_hz: int = Field(default=10, ge=5, le=20, description="rows a second; divides flight.step_hz")
+    truth: Literal["full", "sum", "none"] = Field(
+        default="full",
+        description="full: all truth; sum: without the vector of each part; none: neither truth nor labels",
+    )
+    train_circuits: Annotated[tuple[int, ...], Field(strict=False)] = (1,)
+    valid_legs: Annotated[tuple[int, ...], Field(strict=False)] = Field(
+        default=(4,), description="legs of the training circuits that are kept for validation"
+    )
+
+
+class Scenario(Strict):
+    """One flight, complete."""
+
+    schema_: Literal[1] = Field(alias="schema", description="version of this format")
+    seed: int = Field(ge=0, lt=2**63, description="every random number comes from it")
+    title: str = ""
+    aircraft: str = Field(
+        description="name of a shipped aircraft, or path of a folder of your own, with a slash: ./mine"
+    )
+    start: Start
+    terrain: Terrain | None = Field(default=None, description="the ground; without it, the ellipsoid")
+    loading: Loading = Loading()
+    pattern: Pattern
+    tow: Tow | None = Field(default=None, description="a bird on a rope; without it, none")
+    flight: FlightSettings = FlightSettings()
+    air: Air = Air()
+    field: Field_ = Field_()
+    sensors: Sensors
+    recording: RecordingSettings = RecordingSettings()
+
+    @field_validator("pattern")
+    @classmethod
+    def _flyable(cls, pattern: Pattern, info: ValidationInfo) -> Pattern:
+        start, terrain = info.data.get("start"), info.data.get("terrain", "wrong")
+        if start:
+            if isinstance(pattern, Track):
+                found = [*check_track(pattern, has_ground=terrain is not None)]
+            else:
+                found = [
+                    *check_pattern(pattern, start, aircraft_of(info)),
+                    *check_surveys(pattern, has_ground=terrain is not None),
+                ]
+            if found:
+                raise Problems(*found)
+        return pattern
+
+    @field_validator("tow")
+    @classmethod
+    def _towable(cls, tow: Tow | None, info: ValidationInfo) -> Tow | None:
+        start, pattern, aircraft = info.data.get("start"), info.data.get("pattern"), aircraft_of(info)
+        if tow and start and aircraft:
+            parts = parts_of(pattern) if pattern and not isinstance(pattern, Track) else ()
+            kinematic = isinstance(aircraft.facts, KinematicFacts) or isinstance(pattern, Track)
+            found = [*check_tow(tow, start, parts, bird_of(info), kinematic=kinematic)]
+            found += [*check_names(aircraft, bird_of(info))]
+            if found:
+                raise Problems(*found)
+        return tow
+
+    @field_validator("flight")
+    @classmethod
+    def _sways(cls, flight: FlightSettings, info: ValidationInfo) -> FlightSettings:
+        aircraft = aircraft_of(info)
+        if flight.sway and aircraft and not isinstance(aircraft.facts, KinematicFacts):
+            raise Problems(
+                ("sway", f"{aircraft.name} is flown by a flight model; allowed: for a kinematic carrier alone")
+            )
+        return flight
+
+    @field_validator("flight")
+    @classmethod
+    def _flaps_are_flown(cls, flight: FlightSettings, info: ValidationInfo) -> FlightSettings:
+        start, pattern = info.data.get("start"), info.data.get("pattern")
+        if start and pattern and flight.flaps:
+            if isinstance(pattern, Track):
+                raise Problems(("flaps", "a logged track has the flaps of its file; allowed: none"))
+            checked = {"speed_mps": start.speed_mps, "alt_m": min(heights_of(pattern, start))}
+            reach = {"circuits": pattern.circuits, "legs": pattern.legs}
+            found = [*check_moves(flight.flaps, aircraft_of(info), **checked, **reach)]
+            if found:
+                raise Problems(*found)
+        return flight
+
+    @field_validator("sensors")
+    @classmethod
+    def _ground_is_told(cls, sensors: Sensors, info: ValidationInfo) -> Sensors:
+        if sensors.radar and info.data.get("terrain", "wrong") is None:
+            text = "a radar altimeter needs the ground; allowed: with a table [terrain], for example kind = 'flat'"
+            raise Problems(("radar", text))
+        if info.data.get("tow", "wrong") is None:
+            found = [(key, "there is no bird; allowed: with a table [tow]") for key in sensors.of_bird]
+            if sensors.carrier_ins:
+                found.append(("carrier_ins", "without a bird, ins is in the carrier; allowed: with a table [tow]"))
+            if found:
+                raise Problems(*found)
+        return sensors
+
+    @field_validator("air")
+    @classmethod
+    def _slower_than_flight(cls, air: Air, info: ValidationInfo) -> Air:
+        start, pattern = info.data.get("start"), info.data.get("pattern")
+        legs = pattern and not isinstance(pattern, Track)
+        heights = heights_of(pattern, start) if start and legs else ()
+        found = [*check_wind(air, start, heights)] if start else []
+        aircraft = aircraft_of(info)
+        if aircraft and isinstance(aircraft.facts, KinematicFacts):
+            found += [*check_still(air, aircraft.name)]
+        if found:
+            raise Problems(*found)
+        return air
+
+    @field_validator("field")
+    @classmethod
+    def _geology_in_band(cls, field: Field_, info: ValidationInfo) -> Field_:
+        start, air = info.data.get("start"), info.data.get("air")
+        found = [("targets" + key, text) for key, text in check_targets(field.targets)]
+        if field.crust and start and air:
+            found += [(f"crust.{key}", text) for key, text in check_crust(field.crust, start, air)]
+        if found:
+            raise Problems(*found)
+        return field
+
+    @field_validator("recording")
+    @classmethod
+    def _rows_exist(cls, recording: RecordingSettings, info: ValidationInfo) -> RecordingSettings:
+        found = [*_check_rows(recording, info.data.get("flight"), info.data.get("pattern"))]
+        if found:
+            raise Problems(*found)
+        return recording
+
+
+def _check_rows(
+    recording: RecordingSettings, flight: FlightSettings | None, pattern: Pattern | None
+) -> Iterator[tuple[str, str]]:
+    """Rows and splits must exist."""
+    rate = recording.rate_hz
+    if flight and flight.step_hz % rate:
+        yield "rate_hz", f"{rate} does not divide flight.step_hz = {flight.step_hz}; allowed: a divisor of it"
+    circuits = pattern.circuits if pattern else 100
+    legs = getattr(pattern, "legs", LEGS)
+    for key, values, last in (
+        ("train_circuits", recording.train_circuits, circuits),
+        ("valid_legs", recording.valid_legs, legs),
+    ):
+        # The default leg for validation need not exist: then there is none.
+        for i, value in enumerate(values):
+            if not 1 <= value <= last and key in recording.model_fields_set:
+                yield f"{key}[{i}]", f"{value} is not flown; allowed: 1 to {last}"

@@ -1,0 +1,246 @@
+"""What a flight leaves behind: trajectories, control surfaces, segments, what is towed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from magsim import columns
+from magsim.arrays import readonly
+from magsim.earth.wgs84 import rot_ne_at
+from magsim.frames import rotate, rotate_back
+from magsim.trajectory.motion import Trajectory
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One leg, the turn that follows it, or the transit to the next pattern."""
+
+    circuit: int
+    leg: int
+    turn: bool
+    heading_deg: float
+    start_s: float
+    stop_s: float
+    length_m: float
+    """Distance flown over ground [m]."""
+    transit: bool = False
+    """Whether it leads from one pattern to the next; it is a turn too."""
+
+
+@dataclass(frozen=True)
+class ManeuverFlown:
+    """One maneuver train as it was asked and as it was flown."""
+
+    axis: str
+    circuit: int
+    leg: int
+    start_s: float
+    stop_s: float
+    period_s: float
+    cycles: int
+    asked_deg: float
+    """Amplitude, half of peak to peak [deg]."""
+    flown_deg: float
+    """Amplitude of the sine fitted to the flown angle over the middle cycles [deg]."""
+    residual_deg: float
+    """RMS of what the fitted sine leaves of the flown angle [deg]."""
+    off_axis_deg: tuple[float, float]
+    """Peak departures of the two other angles from their straight line [deg], in the order roll, pitch, heading."""
+    half_peak_to_peak_deg: float = 0.0
+    """Half of the peak to peak of the flown angle over the middle cycles [deg]."""
+    kind: str = ""
+    """``combined`` where it is one axis of several that swing at once; else its axis."""
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A finished flight.
+
+    Attributes
+    ----------
+    carrier : Trajectory
+        The aircraft.
+    duration_s : float
+        Time of the last recorded row [s]; rows run from 0 to it.
+    simulation_rate_hz : float
+        Step rate of the flight model [Hz]; fields are integrated at this rate.
+    controls : mapping of str to (n,) [rad]
+        Deflection of each control surface about its hinge, at the carrier's log times, right-hand rule about the
+        hinge axis that the aircraft file names (elevator and flap: trailing edge down is positive).
+    segments : tuple of Segment
+        Legs and turns in time order, without gaps.
+    maneuvers : tuple of ManeuverFlown
+    notes : mapping
+        Plain facts of the run for provenance: integrators, rates, calibrated loop gains.
+    wind_n : (n, 3) [m/s], optional
+        Motion of the air over ground, north, east, down, at the carrier's log times; None where nobody knows it.
+    switches : mapping of str to (n,)
+        What the electric loads do at the carrier's log times: ``flap_motor`` 1 while it turns, ``autopilot`` 1 while it
+        is engaged, ``throttle`` 0 to 1. Empty for a logged track.
+    rotors : mapping of str to (n,) [rad/s], optional
+        Angular speed of what turns, at the carrier's log times: ``propeller``; empty where nobody knows it.
+    bird : Trajectory, optional
+        What is towed; None without.
+    rope : mapping of str to (n,), optional
+        At the bird's log times: ``trail_rad`` and ``side_rad``, projections of the angle between the vertical and the
+        line from hook to bridle, aft and to the right of the course over ground; ``tension_n`` at the hook.
+    """
+
+    carrier: Trajectory
+    duration_s: float
+    simulation_rate_hz: float
+    controls: Mapping[str, np.ndarray]
+    segments: tuple[Segment, ...]
+    maneuvers: tuple[ManeuverFlown, ...]
+    notes: Mapping[str, object] = field(default_factory=dict)
+    wind_n: np.ndarray | None = None
+    switches: Mapping[str, np.ndarray] = field(default_factory=dict)
+    rotors: Mapping[str, np.ndarray] = field(default_factory=dict)
+    bird: Trajectory | None = None
+    rope: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.wind_n is not None:
+            wind_n = readonly(self.wind_n)
+            if wind_n.shape != (len(self.carrier), 3):
+                msg = f"wind_n has shape {wind_n.shape}, expected {(len(self.carrier), 3)}"
+                raise ValueError(msg)
+            object.__setattr__(self, "wind_n", wind_n)
+        for kind in ("controls", "switches", "rotors", "rope"):
+            log = self.bird if kind == "rope" and self.bird is not None else self.carrier
+            table = {name: readonly(values) for name, values in getattr(self, kind).items()}
+            for name, values in table.items():
+                if values.shape != log.time_s.shape:
+                    msg = f"{kind} {name!r} has shape {values.shape}, expected {log.time_s.shape}"
+                    raise ValueError(msg)
+            object.__setattr__(self, kind, table)
+        object.__setattr__(self, "segments", tuple(self.segments))
+        object.__setattr__(self, "maneuvers", tuple(self.maneuvers))
+
+    @property
+    def instruments(self) -> Trajectory:
+        """The body that is surveyed with: the bird where one is towed, else the carrier."""
+        return self.carrier if self.bird is None else self.bird
+
+    def with_bird(self, bird: Trajectory, rope: Mapping[str, np.ndarray], notes: Mapping[str, object]) -> "Flight":
+        """The same flight with a bird on a rope, and what is noted of it."""
+        return replace(self, bird=bird, rope=rope, notes={**self.notes, **notes})
+
+    def of_bird(self) -> "Flight":
+        """The flight as the bird sees it: the bird as its carrier, without what belongs to the carrier.
+
+        Raises
+        ------
+        ValueError
+            If nothing is towed.
+        """
+        if self.bird is None:
+            msg = "the flight has no bird"
+            raise ValueError(msg)
+        none: dict[str, np.ndarray] = {}
+        return replace(
+            self, carrier=self.bird, wind_n=None, controls=none, switches=none, rotors=none, bird=None, rope=none
+        )
+
+    def since(self, start_s: float) -> "Flight":
+        """The same flight with logs that begin at a time."""
+        rows = self.carrier.time_s >= start_s - 1e-9
+        cut: dict[str, object] = {
+            kind: {name: values[rows] for name, values in getattr(self, kind).items()}
+            for kind in ("controls", "switches", "rotors")
+        }
+        cut["wind_n"] = None if self.wind_n is None else self.wind_n[rows]
+        if self.bird is not None:
+            kept = self.bird.time_s >= start_s - 1e-9
+            cut["bird"] = self.bird.take(kept)
+            cut["rope"] = {name: values[kept] for name, values in self.rope.items()}
+        return replace(self, carrier=self.carrier.take(rows), **cut)
+
+    @cached_property
+    def _control_spline(self) -> CubicSpline:
+        return CubicSpline(self.carrier.time_s, np.column_stack(list(self.controls.values())))
+
+    def controls_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
+        """Deflections [rad] at other times inside the logged span, by cubic splines; (m,) for each surface.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        if not self.controls:
+            return {}
+        rows = self._control_spline(self.carrier.inside(time_s))
+        return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
+
+    def rope_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
+        """Angles and tension of the rope at other times inside the bird's logged span, by cubic splines; (m,) each.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        if self.bird is None:
+            return {}
+        time_s = self.bird.inside(time_s)
+        return {name: readonly(CubicSpline(self.bird.time_s, values)(time_s)) for name, values in self.rope.items()}
+
+    def switches_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
+        """Switches at other times inside the logged span, straight between the rows of the log; (m,) for each.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        time_s = self.carrier.inside(time_s)
+        return {name: readonly(np.interp(time_s, self.carrier.time_s, v)) for name, v in self.switches.items()}
+
+    def wind_at(self, time_s: np.ndarray) -> np.ndarray | None:
+        """Wind [m/s] at other times inside the logged span, straight between the rows of the log; (m, 3).
+
+        Turbulence is rough: a smooth curve through its rows would overshoot. None where the wind is not known.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        if self.wind_n is None:
+            return None
+        time_s = self.carrier.inside(time_s)
+        rows, at = self.carrier, self.carrier.at(time_s)
+        wind_e = rotate_back(rot_ne_at(rows.lat_rad, rows.lon_rad), self.wind_n)
+        columns_e = [np.interp(time_s, rows.time_s, wind_e[:, k]) for k in range(3)]
+        return readonly(rotate(rot_ne_at(at.lat_rad, at.lon_rad), np.column_stack(columns_e)))
+
+    def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
+        """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.
+
+        These are circuit, leg, turn, transit, leg_heading_deg, maneuver and cycle. Times before the first segment take
+        the first, times after the last take the last.
+        """
+        time_s = np.asarray(time_s, dtype=float)
+        starts = np.array([s.start_s for s in self.segments])
+        index = np.clip(np.searchsorted(starts, time_s + 1e-9, side="right") - 1, 0, len(starts) - 1)
+        out = {
+            "circuit": np.array([s.circuit for s in self.segments], dtype=float)[index],
+            "leg": np.array([s.leg for s in self.segments], dtype=float)[index],
+            "turn": np.array([s.turn for s in self.segments], dtype=float)[index],
+            "transit": np.array([s.transit for s in self.segments], dtype=float)[index],
+            "leg_heading_deg": np.array([s.heading_deg for s in self.segments])[index],
+            "maneuver": np.zeros(len(time_s)),
+            "cycle": np.zeros(len(time_s)),
+        }
+        codes = {name: code for code, name in columns.MANEUVERS.items()}
+        for maneuver in self.maneuvers:
+            rows = (time_s >= maneuver.start_s - 1e-9) & (time_s < maneuver.stop_s - 1e-9)
+            out["maneuver"][rows] = codes[maneuver.kind or maneuver.axis]
+            begun = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
+            # Of several axes at once the one that has flown most cycles counts.
+            out["cycle"][rows] = np.maximum(out["cycle"][rows], np.minimum(begun, maneuver.cycles))
+        return out
