@@ -24,7 +24,7 @@ SI, radians and seconds inside. Magnetic flux density is in nT and magnetic mome
 between modules; only the field solvers use tesla, ampere and ohm inside. Feet, slugs and pounds live in
 ``magsim.flight.plant`` and ``magsim.flight.model`` alone, where JSBSim is spoken to. In files every name
 carries its unit as a suffix:
-``_m _mps _deg _dps _s _nt _am2 _hz _a _v _kg _n _norm``. Heights are above the WGS-84 ellipsoid.
+``_m _mps _mps2 _deg _dps _s _nt _am2 _hz _a _v _pa _c _kg _n _norm``. Heights are above the WGS-84 ellipsoid.
 
 Time
 ----

@@ -105,6 +105,20 @@ INS_ATTITUDE = Family(
 )
 INS_VELOCITY = Family("ins_v{direction}_mps", "input", "m/s", "n", "Velocity from the INS: n north, e east, d down")
 INS_ALTITUDE = Family("ins_alt_m", "input", "m", "", "Height above the WGS-84 ellipsoid from the INS")
+INS_ACCELERATION = Family(
+    "ins_acc_{axis}_mps2",
+    "input",
+    "m/s^2",
+    "b",
+    "Specific force from the accelerometers of the INS: at rest 1 g upward",
+)
+INS_RATE = Family(
+    "ins_rate_{axis}_dps", "input", "deg/s", "b", "Angular rate from the gyros of the INS, relative to inertial space"
+)
+BARO_ALTITUDE = Family(
+    "baro_alt_m", "input", "m", "", "Height by the barometer: of the standard atmosphere, geopotential", "baro"
+)
+BARO_PRESSURE = Family("baro_pa", "input", "Pa", "", "Static pressure by the barometer")
 RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground by the radar altimeter; -1 without echo")
 BASE = Family("base_{sensor}_nt", "input", "nT", "", "Reading of a base station, a scalar magnetometer on the ground")
 CURRENT = Family("cur_{circuit}_a", "input", "A", "", "Current of a circuit by its own sensor")
@@ -128,12 +142,29 @@ SWING = Family(
     "Change of the background because a towed sensor leaves its smooth track (below 0.03 Hz): clean minus norm there",
 )
 ERROR = Family("error_{sensor}_nt", "truth", "nT", "", "Instrument error of a scalar magnetometer: reading minus norm")
+FLUX_ERROR = Family(
+    "fluxerror_{sensor}_{axis}_nt",
+    "truth",
+    "nT",
+    "",
+    "Error of a fluxgate: reading of its axis minus the whole field along that axis of the body",
+)
 PART = Family("{component}_{sensor}_{axis}_nt", "truth", "nT", "b", "One part of the field at a sensor, body axes")
 TRUE_BASE = Family(
     "true_base_{sensor}_nt", "truth", "nT", "", "Field at the base station without instrument error, norm"
 )
 TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude, WGS-84 position; heading in [0, 360)")
 TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
+TRUE_ACCELERATION = Family(
+    "true_acc_{axis}_mps2",
+    "truth",
+    "m/s^2",
+    "b",
+    "True specific force at the reference point: acceleration less gravity",
+)
+TRUE_INERTIAL_RATE = Family(
+    "true_inertial_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to inertial space"
+)
 TRUE_VELOCITY = Family("true_v{direction}_mps", "truth", "m/s", "n", "True velocity: n north, e east, d down")
 TRUE_ALTITUDE = Family("true_alt_m", "truth", "m", "", "True height above the WGS-84 ellipsoid")
 TRUE_MSL = Family("true_msl_m", "truth", "m", "", "True height above mean sea level")
@@ -169,6 +200,7 @@ TRUE_ROPE_ANGLE = Family(
 )
 TRUE_ROPE_TENSION = Family("true_rope_tension_n", "truth", "N", "", "Tension of the rope at the hook")
 
+TRUE_PRESSURE = Family("true_pressure_pa", "truth", "Pa", "", "True static pressure of the air")
 TRUE_TEMPERATURE = Family("true_cabin_c", "truth", "degC", "", "True temperature of the instruments")
 
 CIRCUIT = Family("circuit", "segment", "1", "", "Number of the circuit, from 1")
@@ -187,6 +219,10 @@ FAMILIES: tuple[Family, ...] = (
     INS_ATTITUDE,
     INS_VELOCITY,
     INS_ALTITUDE,
+    INS_ACCELERATION,
+    INS_RATE,
+    BARO_ALTITUDE,
+    BARO_PRESSURE,
     RADAR,
     BASE,
     CURRENT,
@@ -201,10 +237,13 @@ FAMILIES: tuple[Family, ...] = (
     TOTAL,
     SWING,
     ERROR,
+    FLUX_ERROR,
     PART,
     TRUE_BASE,
     TRUE_ATTITUDE,
     TRUE_RATE,
+    TRUE_INERTIAL_RATE,
+    TRUE_ACCELERATION,
     TRUE_VELOCITY,
     TRUE_ALTITUDE,
     TRUE_MSL,
@@ -217,6 +256,7 @@ FAMILIES: tuple[Family, ...] = (
     TRUE_CARRIER_ALTITUDE,
     TRUE_ROPE_ANGLE,
     TRUE_ROPE_TENSION,
+    TRUE_PRESSURE,
     TRUE_TEMPERATURE,
     CIRCUIT,
     LEG,

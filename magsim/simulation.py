@@ -17,18 +17,21 @@ from magsim.scenario import Clock, LoadedScenario, RecordingSettings, Scenario
 from magsim.sensors import (
     Acquisition,
     Counter,
+    baro_columns,
     base_columns,
     carrier_columns,
     carrier_ins_columns,
     electrical_columns,
     fluxgate_columns,
     ground_columns,
+    inertial_columns,
     ins_columns,
     instants,
     radar_columns,
     rope_columns,
     scalar_columns,
     temperature_c,
+    true_baro_columns,
     true_columns,
 )
 from magsim.trajectory import Flight, Trajectory
@@ -137,7 +140,13 @@ def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTru
         data |= base_columns(base, samples_s, field_n, acquisition, seed)
     ins = scenario.sensors.ins
     data |= ins_columns(ins, _path_of(ins, "ins", moved, path, seed), settings.rate_hz, seed)
+    data |= inertial_columns(ins, moved, acquisition, seed)
     data |= true_columns(path)
+    barometer = scenario.sensors.barometer
+    if barometer is not None:
+        felt = _path_of(barometer, "baro", moved, path, seed)
+        data |= baro_columns(barometer, moved, felt, ground=loaded.ground, rate_hz=settings.rate_hz, seed=seed)
+        data |= true_baro_columns(barometer, path, loaded.ground)
     if flight.bird is not None:
         data |= _tow_columns(scenario, flight, time_s)
     if loaded.ground is not None:

@@ -58,7 +58,7 @@ def test_every_family_is_complete_and_in_order():
         assert family.meaning
         assert family.unit
     units = {"_nt": "nT", "_deg": "deg", "_mps": "m/s", "_dps": "deg/s", "_m": "m", "_a": "A", "_v": "V", "_c": "degC"}
-    units["_n"] = "N"
+    units |= {"_mps2": "m/s^2", "_pa": "Pa", "_n": "N"}
     for family in columns.FAMILIES:
         suffix = "_" + family.pattern.rsplit("_", 1)[-1]
         assert family.unit == units.get(suffix, "1")

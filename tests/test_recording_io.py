@@ -18,7 +18,8 @@ from magsim import columns
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.recording import Recording, file, read_recordings, write_recordings
 from magsim.recording.verify import verify
-from magsim.storage import hdf5
+from magsim.storage import hdf5, vetting
+from magsim.storage.seal import SEAL_BYTES, seal_state
 from tests.benchmarks.hostile_files import Watch, read_apart, write_mutated
 from tests.crafted import crafted, digest_of, recording
 
@@ -275,8 +276,8 @@ def test_a_single_changed_byte_anywhere_is_noticed(path, tmp_path):
 
 def test_damage_behind_a_broken_seal_never_harms(path, tmp_path, monkeypatch):
     """Files without a seal, as another program leaves them: HDF5 itself may crash or hang, the reader may not."""
-    monkeypatch.setattr(hdf5, "VET_TIMEOUT_S", 1.0)
-    data = path.read_bytes()[: -hdf5.SEAL_BYTES]
+    monkeypatch.setattr(vetting, "VET_TIMEOUT_S", 1.0)
+    data = path.read_bytes()[:-SEAL_BYTES]
     header = np.flatnonzero(np.frombuffer(data, np.uint8))
     rng = np.random.default_rng(2)
     changed = tmp_path / "changed.h5"
@@ -291,7 +292,7 @@ def test_damage_behind_a_broken_seal_never_harms(path, tmp_path, monkeypatch):
 
 def test_the_seal_is_the_checksum_that_other_tools_compute(path):
     data = path.read_bytes()
-    body, tail = data[: -hdf5.SEAL_BYTES], data[-hdf5.SEAL_BYTES :]
+    body, tail = data[:-SEAL_BYTES], data[-SEAL_BYTES:]
     assert tail == b"magsim-sha256:" + hashlib.sha256(body).hexdigest().encode() + b"\n"
 
 
@@ -307,13 +308,13 @@ def test_a_sound_file_is_verified(path):
 
 def test_verify_finds_any_changed_byte_those_of_the_checksum_too(path, tmp_path, monkeypatch):
     """No file of these reaches HDF5 in this process unless its child could read it."""
-    monkeypatch.setattr(hdf5, "VET_TIMEOUT_S", 1.0)
+    monkeypatch.setattr(vetting, "VET_TIMEOUT_S", 1.0)
     data = path.read_bytes()
     changed = tmp_path / "changed.h5"
     rng = np.random.default_rng(9)
     used = np.flatnonzero(np.frombuffer(data, np.uint8))
     positions = {*rng.choice(used, 5).tolist(), *rng.integers(len(data), size=4).tolist()}
-    positions |= {0, 8, *range(len(data) - hdf5.SEAL_BYTES, len(data), 20), len(data) - 1}
+    positions |= {0, 8, *range(len(data) - SEAL_BYTES, len(data), 20), len(data) - 1}
     for position in sorted(positions):
         broken = bytearray(data)
         broken[position] ^= int(rng.integers(1, 256))
@@ -328,10 +329,10 @@ def test_verify_finds_any_changed_byte_those_of_the_checksum_too(path, tmp_path,
 def test_the_checksum_fails_for_every_single_byte(path, tmp_path):
     data = bytearray(path.read_bytes())
     changed = tmp_path / "changed.h5"
-    for position in [*range(8, len(data), 499), *range(len(data) - hdf5.SEAL_BYTES, len(data))]:
+    for position in [*range(8, len(data), 499), *range(len(data) - SEAL_BYTES, len(data))]:
         data[position] ^= 0x55
         changed.write_bytes(data)
-        assert hdf5.seal_state(changed).kind == "broken", position
+        assert seal_state(changed).kind == "broken", position
         data[position] ^= 0x55
 
 
@@ -398,7 +399,7 @@ def test_files_of_version_1_are_read_and_verified(path):
         opened.attrs.modify("schema_version", 1)
         opened.visititems(lambda _, item: item.attrs.pop("sha256", None) and None)
     hdf5.seal(path)
-    hdf5._KNOWN.clear()
+    vetting._KNOWN.clear()
     read, wrote = Recording.read(path), make()
     assert all(read[name].tobytes() == wrote[name].tobytes() for name in wrote.data)
     assert verify(path).flights == ("box",)
@@ -434,19 +435,19 @@ def test_a_shard_with_a_bad_flight_is_not_written(tmp_path):
 
 def test_a_seal_that_fits_is_not_trusted(path):
     """Another process may have made it: the file is walked through by a child all the same."""
-    hdf5._KNOWN.clear()
+    vetting._KNOWN.clear()
     with h5py.File(path, "a") as opened:
         opened["x"] = h5py.SoftLink("/flights")
     hdf5.seal(path)
-    hdf5._KNOWN.clear()
+    vetting._KNOWN.clear()
     with pytest.raises(DataError, match="has a member 'x' that is a link to elsewhere"):
         read_recordings(path)
 
 
 def test_bytes_that_were_walked_through_once_are_not_again(path, monkeypatch):
-    hdf5._KNOWN.clear()
+    vetting._KNOWN.clear()
     assert len(read_recordings(path)) == 1
-    monkeypatch.setattr(hdf5, "VET_PROGRAM", Path("/nowhere"))
+    monkeypatch.setattr(vetting, "VET_PROGRAM", Path("/nowhere"))
     assert len(read_recordings(path)) == 1
 
 

@@ -80,8 +80,8 @@ def test_columns_stand_in_the_order_of_the_table(recording):
     assert places == sorted(places)
     assert len(recording) == 401
     np.testing.assert_array_equal(recording.time_s, np.arange(401) / 10)
-    # 2 scalars with 6 columns and 15 parts, a fluxgate with 3 and 15, 9 of the INS, 12 true, 2 surfaces, 8 segments.
-    assert len(recording.data) == 2 * 21 + 18 + 9 + 12 + 2 + 8
+    # 2 scalars with 6 columns and 15 parts, a fluxgate with 6 and 15, 15 of the INS, 18 true, 2 surfaces, 8 segments.
+    assert len(recording.data) == 2 * 21 + 21 + 15 + 18 + 2 + 8
     assert recording.scalars == ("cabin", "tail")
     assert recording.fluxgates == ("flux",)
 
@@ -170,6 +170,9 @@ def test_an_ins_that_is_late_says_what_was(recording):
     for name in recording.data:
         if not name.startswith("ins"):
             np.testing.assert_array_equal(late[name], recording[name], err_msg=name)
+    for name in ("acc_x_mps2", "rate_y_dps"):
+        true = recording[f"true_{name}" if "acc" in name else f"true_inertial_{name}"]
+        np.testing.assert_allclose(late[f"ins_{name}"][1:], true[:-1], rtol=0, atol=1e-5)
     # One row late; the errors of the rows are the same as without.
     error = recording["ins_roll_deg"] - recording["true_roll_deg"]
     np.testing.assert_allclose((late["ins_roll_deg"] - error)[1:], recording["true_roll_deg"][:-1], rtol=0, atol=1e-9)
@@ -182,7 +185,7 @@ def test_errors_of_one_instrument_change_no_other(recording):
     changed = {name for name in recording.data if not np.array_equal(recording[name], other[name])}
     cabin = {name for name in recording.data if "_cabin_" in name}
     assert "mag_cabin_nt" in changed
-    assert changed <= cabin | {"flux_flux_x_nt"}
+    assert changed <= cabin | {"flux_flux_x_nt", "fluxerror_flux_x_nt"}
     assert set(other.data) - set(recording.data) == {"mag_cabin_valid", "true_cabin_c"}
     rise = other["flux_flux_x_nt"] - recording["flux_flux_x_nt"]
     np.testing.assert_allclose(rise, other["true_cabin_c"] - 20.0, rtol=0, atol=1e-8)
@@ -193,9 +196,11 @@ def test_errors_of_one_instrument_change_no_other(recording):
 def test_another_seed_changes_instruments_alone(recording):
     other = record(loaded(seed=6), flight(), {"carrier": truth()})
     changed = {name for name in recording.data if not np.array_equal(recording[name], other[name])}
-    assert changed == {n for n in recording.names("input") if not n.startswith(("surface", "ins_v"))} | {
+    still = ("surface", "ins_v", "ins_acc", "ins_rate")
+    assert changed == {n for n in recording.names("input") if not n.startswith(still)} | {
         "error_cabin_nt",
         "error_tail_nt",
+        *(f"fluxerror_flux_{axis}_nt" for axis in "xyz"),
     }
 
 

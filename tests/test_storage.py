@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from magsim.errors import DataError, RequestError
-from magsim.storage import atomic_write, cache_folder, cached, check_target, hdf5
+from magsim.storage import atomic_write, cache_folder, cached, check_target, hdf5, vetting
 
 
 def names(folder: Path) -> list[str]:
@@ -29,11 +29,11 @@ def test_a_file_is_written_and_replaced_only_with_force(tmp_path):
     assert names(tmp_path) == ["a.txt"]
 
 
-def test_the_temporary_file_has_the_ending_of_the_target(tmp_path):
+def test_the_temporary_file_has_the_name_of_the_target(tmp_path):
     seen = []
     atomic_write(tmp_path / "a.npz", lambda path: (seen.append(path), np.savez(path, x=1)))
-    assert seen[0].suffix == ".npz"
-    assert seen[0].parent == tmp_path
+    assert seen[0].name == "a.npz"
+    assert seen[0].parent.parent == tmp_path
     assert names(tmp_path) == ["a.npz"]
 
 
@@ -97,6 +97,89 @@ def test_permissions_follow_the_umask(tmp_path):
     )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
     assert (tmp_path / "a").stat().st_mode & 0o777 == 0o640
+
+
+WRITER = """
+import pathlib, sys, time
+from magsim.storage import atomic_write
+
+def write(path):
+    path.write_text("half")
+    print("writing", flush=True)
+    time.sleep(60)
+
+atomic_write(pathlib.Path(sys.argv[1]), write, force=True)
+"""
+
+
+@pytest.fixture
+def writing(tmp_path):
+    """Processes that are in the middle of writing a file, and do not end by themselves."""
+    running = []
+
+    def start(name: str) -> subprocess.Popen:
+        arguments = [sys.executable, "-c", WRITER, str(tmp_path / name)]
+        process = subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True)
+        running.append(process)
+        assert process.stdout.readline() == "writing\n"
+        return process
+
+    yield start
+    for process in running:
+        process.kill()
+        process.communicate()
+
+
+def test_what_a_killed_writer_left_is_removed_by_the_next_one_of_the_same_target(tmp_path, writing):
+    dead, other, alive = writing("a.h5"), writing("b.h5"), writing("a.h5")
+    for process in (dead, other):
+        process.kill()
+        process.wait()
+    (tmp_path / ".mine.part").mkdir()
+    assert [name[-5:] for name in names(tmp_path)] == [".part"] * 4
+    check_target(tmp_path / "a.h5")
+    assert len(names(tmp_path)) == 4
+    atomic_write(tmp_path / "a.h5", lambda path: path.write_text("whole"))
+    # What is left: the folder of the writer that lives, that of another target, and one that is not ours.
+    left = [name for name in names(tmp_path) if name.endswith(".part")]
+    assert len(left) == 3
+    assert [f.read_text() for name in left for f in (tmp_path / name).iterdir()] == ["half", "half"]
+    assert alive.poll() is None
+    alive.kill()
+    alive.wait()
+    atomic_write(tmp_path / "a.h5", lambda path: path.write_text("again"), force=True)
+    atomic_write(tmp_path / "b.h5", lambda path: path.write_text("whole"))
+    assert names(tmp_path) == [".mine.part", "a.h5", "b.h5"]
+
+
+def test_a_leftover_with_a_file_of_somebody_else_stays(tmp_path, writing):
+    dead = writing("a.txt")
+    dead.kill()
+    dead.wait()
+    (left,) = tmp_path.iterdir()
+    (left / "theirs").write_text("x")
+    atomic_write(tmp_path / "a.txt", lambda path: path.write_text("whole"))
+    assert names(tmp_path) == [left.name, "a.txt"]
+    assert names(left) == ["a.txt", "theirs"]
+
+
+def test_writers_of_one_target_at_the_same_time_do_not_sweep_each_other(tmp_path):
+    target, failures = tmp_path / "a.txt", []
+
+    def run() -> None:
+        try:
+            for _ in range(200):
+                atomic_write(target, lambda path: path.write_text("whole"), force=True)
+        except Exception as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=run) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+    assert names(tmp_path) == ["a.txt"]
 
 
 # --- cache -----------------------------------------------------------------------------------------------------
@@ -345,10 +428,10 @@ def test_a_broken_seal_is_told(tmp_path):
 def test_a_program_that_crashes_or_hangs_over_a_file_does_so_alone(tmp_path, monkeypatch):
     path = make_file(tmp_path / "x.h5", x=np.ones(3))
     program = tmp_path / "vet.py"
-    monkeypatch.setattr(hdf5, "VET_PROGRAM", program)
+    monkeypatch.setattr(vetting, "VET_PROGRAM", program)
     program.write_text("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     assert "breaks down" in refused(path, lambda _: None)
     program.write_text("import time; time.sleep(60)")
-    monkeypatch.setattr(hdf5, "VET_TIMEOUT_S", 0.3)
+    monkeypatch.setattr(vetting, "VET_TIMEOUT_S", 0.3)
     path = make_file(tmp_path / "x.h5", y=np.ones(3))
     assert "does not come to an end" in refused(path, lambda _: None)

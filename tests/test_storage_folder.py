@@ -103,13 +103,34 @@ def test_what_a_killed_writer_left_is_swept_and_what_a_living_one_writes_is_not(
     atomic_folder(target, fill("whole"))
     left = [name for name in names(tmp_path) if name != "set"]
     assert len(left) == 1
-    assert left[0].startswith(".set.")
+    assert left[0].endswith(".part")
     writers[1].kill()
     writers[1].wait()
     atomic_folder(target, fill("again"), force=True)
     assert names(tmp_path) == ["set"]
     for writer in writers:
         writer.stdout.close()
+
+
+def test_what_stood_there_comes_back_where_a_writer_was_killed_between_two_renames(tmp_path, monkeypatch):
+    target = tmp_path / "set"
+    atomic_folder(target, fill("old"))
+    code = (
+        "import os, sys; from pathlib import Path; from magsim.storage import atomic_folder, folder\n"
+        "rename, calls = Path.rename, []\n"
+        "def die(self, other):\n"
+        "    calls.append(other)\n"
+        "    os._exit(9) if len(calls) == 2 else rename(self, other)\n"
+        "Path.rename = die\n"
+        "atomic_folder(Path(sys.argv[1]), lambda f: (f / 'a.txt').write_text('new'), force=True)"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    killed = subprocess.run([sys.executable, "-c", code, str(target)], env=environment, check=False)
+    assert killed.returncode == 9
+    assert not target.exists()
+    check_folder_target(target, force=True)
+    assert (target / "a.txt").read_text() == "old"
+    assert names(tmp_path) == ["set"]
 
 
 def test_a_writer_that_is_killed_leaves_no_target_or_a_whole_one(tmp_path):

@@ -73,10 +73,11 @@ def benchmark(
     sensor = _pick_sensor(recordings, [c for _, c in named if c is not None], sensor)
     for recording in recordings:
         _check(recording, sensor)
-    parts_of = [_parts(recording) for recording in recordings]
+    parts_of = [_parts(recording, sensor) for recording in recordings]
     if not any(parts_of):
         names = ", ".join(repr(recording.name) for recording in recordings)
-        msg = f"no test rows: no row of {names} has split = test"
+        silent = any(recording.mask(split="test").any() for recording in recordings)
+        msg = f"no test rows: no row of {names} has split = test" + (f" and a reading of {sensor!r}" if silent else "")
         raise RequestError(msg)
     fit_s = _fit(recordings, named, sensor, seed, say)
 
@@ -85,6 +86,12 @@ def benchmark(
     notes: list[str] = []
     judged: dict[str, dict[str, object]] = {}
     for recording, parts in zip(recordings, parts_of, strict=True):
+        silent = recording.mask(split="test") & ~recording.reads(sensor)
+        if silent.any():
+            notes.append(
+                f"recording {recording.name!r}: {silent.sum()} test rows in which {sensor!r} does not read are left "
+                f"out, and {signals.EDGE_S:g} s on both sides of each dropout"
+            )
         if not parts:
             continue
         truth = columns.CLEAN.name(sensor=sensor) in recording
@@ -206,9 +213,9 @@ def _fit(
     return seconds
 
 
-def _parts(recording: Recording) -> list[_Part]:
-    """Contiguous pieces of the test rows."""
-    mask = recording.mask(split="test")
+def _parts(recording: Recording, sensor: str) -> list[_Part]:
+    """Contiguous pieces of the test rows; a dropout of the magnetometer ends a piece."""
+    mask = recording.mask(split="test") & recording.reads(sensor)
     if mask.sum() < 2:
         return []
     return [_Part(piece, piece.blind()) for piece in recording.take(mask).pieces()]
@@ -226,9 +233,10 @@ def _judge(
     kept = [k for part in parts if (k := _measure(name, compensator, part, sensor, warmup_s)) is not None]
     if not kept:
         longest = max(float(np.ptp(part.whole.time_s)) for part in parts)
+        whole = " without a dropout" if columns.MAG_VALID.name(sensor=sensor) in parts[0].whole else ""
         msg = (
-            f"recording {recording!r}: the longest test piece lasts {longest:g} s; after a warm-up of {warmup_s:g} s "
-            f"the filter needs more than {2.0 * signals.EDGE_S:g} s"
+            f"recording {recording!r}: the longest test piece{whole} lasts {longest:g} s; after a warm-up of "
+            f"{warmup_s:g} s the filter needs more than {2.0 * signals.EDGE_S:g} s"
         )
         raise DataError(msg)
     pooled = {key: np.concatenate([part[key] for part in kept]) for key in kept[0]}

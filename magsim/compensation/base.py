@@ -33,6 +33,10 @@ class Compensator(ABC):
     underscore, and ``type(c)(**c.get_params())`` is an unfitted copy. Recordings come whole or with rows left out;
     time tags tell where a piece ends, and no method looks across such a gap.
 
+    ``fit`` leaves out the rows in which the magnetometer does not read (``Recording.reads``). A filter would spread
+    what is held there, so one that learns from the reading cuts it first (``reading_rows``); labels are right there
+    too, and only the rows themselves are left out. ``interference`` needs no reading: it has a value for every row.
+
     Attributes
     ----------
     name : str
@@ -314,6 +318,24 @@ def check_recordings(recordings: Sequence[Recording], sensor: str) -> None:
             has = ", ".join(recording.scalars) or "none"
             msg = f"recording {recording.name!r} has no scalar magnetometer {sensor!r}; it has {has}"
             raise RequestError(msg)
+
+
+def reading_rows(recordings: Sequence[Recording], sensor: str) -> list[Recording]:
+    """The rows in which the scalar magnetometer reads: what is left of each recording is pieces with gaps between.
+
+    Raises
+    ------
+    DataError
+        If it reads in none of the recordings.
+    """
+    masks = [recording.reads(sensor) for recording in recordings]
+    pairs = zip(recordings, masks, strict=True)
+    kept = [r if mask.all() else r.take(mask) for r, mask in pairs if mask.sum() >= 2]
+    if recordings and not kept:
+        names = ", ".join(repr(recording.name) for recording in recordings)
+        msg = f"scalar magnetometer {sensor!r} does not read in any row of {names} that is to be learned from"
+        raise DataError(msg)
+    return kept
 
 
 def labels(recording: Recording, sensor: str) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from magsim import columns, metrics, signals
-from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate
+from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate, reading_rows
 from magsim.compensation.features import Design, Inputs, design, requirements, spans
 from magsim.compensation.gradient import Gradient, gradient
 from magsim.compensation.ridge import RidgeFit, fit_ridge
@@ -181,13 +181,17 @@ class TollesLawson(Compensator):
         """Solve for the coefficients; see ``Compensator.fit``."""
         recordings = [*train, *valid]
         check_recordings(recordings, sensor)
+        cut = reading_rows(recordings, sensor)
+        # The band-pass would spread what the reading holds in dropouts; the label is right there too.
+        recordings = cut if self.target == "measured" else recordings
         self.set_params(**self.get_params())
         self._check_band()
         self._inputs = self._make_inputs(recordings)
         designs = [self._design(recording) for recording in recordings]
         targets = [self._target(recording, sensor) for recording in recordings]
+        read = [recording.reads(sensor) for recording in recordings]
         field = gradient(recordings, self.order, vertical=self.vertical)
-        fit = self._solve(recordings, designs, field, targets)
+        fit = self._solve(recordings, designs, field, targets, read)
         self.coefficients_ = fit.coefficients[: self.terms]
         self.offset_nt_ = self._offset(recordings, designs, sensor)
         self.sensor_ = sensor
@@ -244,17 +248,26 @@ class TollesLawson(Compensator):
         return reading
 
     def _solve(
-        self, recordings: Sequence[Recording], designs: Sequence[Design], field: Gradient, targets: Sequence[np.ndarray]
+        self,
+        recordings: Sequence[Recording],
+        designs: Sequence[Design],
+        field: Gradient,
+        targets: Sequence[np.ndarray],
+        read: Sequence[np.ndarray],
     ) -> RidgeFit:
-        """Filter and crop, or center, all rows and solve for the coefficients: of the terms, then of the gradient."""
+        """Filter and crop, or center, and solve over the rows with a reading: for the terms, then the gradient."""
         if self.band == "broad":
-            matrix = np.concatenate([d.matrix for d in designs])
-            target = np.concatenate(targets)
+            matrix = np.concatenate([d.matrix[rows] for d, rows in zip(designs, read, strict=True)])
+            target = np.concatenate([values[rows] for values, rows in zip(targets, read, strict=True)])
             self._check_length(matrix, recordings)
             return fit_ridge(matrix - matrix.mean(axis=0), target - target.mean())
+        tables = [
+            np.column_stack([d.matrix, beside.matrix, target])
+            for d, beside, target in zip(designs, field.designs, targets, strict=True)
+        ]
         parts = [
-            in_band(np.column_stack([d.matrix, beside.matrix, target]), recording.time_s)
-            for recording, d, beside, target in zip(recordings, designs, field.designs, targets, strict=True)
+            in_band(table, recording.time_s, rows)
+            for recording, table, rows in zip(recordings, tables, read, strict=True)
         ]
         rows = np.concatenate(parts)
         self._check_length(rows[:, :-1], recordings)
@@ -272,12 +285,12 @@ class TollesLawson(Compensator):
             raise DataError(msg)
 
     def _offset(self, recordings: Sequence[Recording], designs: Sequence[Design], sensor: str) -> float:
-        """Mean of the labels that the coefficients leave; 0 where there are no labels."""
+        """Mean of the labels that the coefficients leave, over the rows with a reading; 0 where there are no labels."""
         name = columns.INTERFERENCE.name(sensor=sensor)
         if any(name not in recording for recording in recordings):
             return 0.0
         rest = [
-            labels(recording, sensor) - np.einsum("nc,c->n", d.matrix, self.coefficients_)
+            (labels(recording, sensor) - np.einsum("nc,c->n", d.matrix, self.coefficients_))[recording.reads(sensor)]
             for recording, d in zip(recordings, designs, strict=True)
         ]
         return float(np.concatenate(rest).mean())

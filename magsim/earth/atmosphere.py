@@ -1,10 +1,62 @@
-"""The ICAO standard atmosphere below 11 km, for limits and estimates; flights get their air from JSBSim."""
+"""The ICAO standard atmosphere up to 20 km (ICAO Doc 7488, ISO 2533): for instruments, limits and estimates.
+
+Flights get their air from JSBSim. Heights of the standard are geopotential: ``geopotential_height`` makes them of
+heights above mean sea level.
+"""
 
 import numpy as np
 
-from magsim.units import RHO0
+from magsim.units import G0, RHO0
+
+SEA_LEVEL_PA = 101325.0
+"""Pressure at height 0 [Pa]."""
+
+RADIUS_M = 6356766.0
+"""Radius by which geopotential heights are defined [m]."""
+
+LOWEST_M, HIGHEST_M = -5000.0, 20000.0
+"""Geopotential heights within which the standard is used [m]."""
+
+_SEA_LEVEL_K, _LAPSE = 288.15, 0.0065
+_GAS = 287.05287
+"""Specific gas constant of air [J/(kg K)]."""
+_TROPOPAUSE_M = 11000.0
+_TROPOPAUSE_K = _SEA_LEVEL_K - _LAPSE * _TROPOPAUSE_M
+_POWER = G0 / (_GAS * _LAPSE)
+_TROPOPAUSE_PA = SEA_LEVEL_PA * (_TROPOPAUSE_K / _SEA_LEVEL_K) ** _POWER
+_SCALE_M = _GAS * _TROPOPAUSE_K / G0
 
 
 def standard_density(alt_m: float | np.ndarray) -> float | np.ndarray:
-    """Density [kg/m^3] at a height [m] (ICAO Doc 7488: lapse rate 6.5 K/km)."""
+    """Density [kg/m^3] at a height below 11 km [m] (ICAO Doc 7488: lapse rate 6.5 K/km)."""
     return RHO0 * (1.0 - 0.0065 * alt_m / 288.15) ** 4.2558797
+
+
+def geopotential_height(height_m: np.ndarray) -> np.ndarray:
+    """Geopotential height of heights above mean sea level, (n,) [m]: 2.4 m less at 4 km."""
+    return RADIUS_M * height_m / (RADIUS_M + height_m)
+
+
+def standard_pressure(height_m: np.ndarray) -> np.ndarray:
+    """Pressure of the standard atmosphere.
+
+    Parameters
+    ----------
+    height_m : (n,) [m]
+        Geopotential; up to 20 000.
+
+    Returns
+    -------
+    (n,) [Pa]
+    """
+    height_m = np.asarray(height_m, dtype=float)
+    below = np.minimum(height_m, _TROPOPAUSE_M)
+    warm = SEA_LEVEL_PA * (1.0 - _LAPSE * below / _SEA_LEVEL_K) ** _POWER
+    return warm * np.exp((below - height_m) / _SCALE_M)
+
+
+def pressure_altitude(pressure_pa: np.ndarray) -> np.ndarray:
+    """Geopotential height at which the standard atmosphere has a pressure, (n,) [Pa] to (n,) [m]."""
+    pressure_pa = np.asarray(pressure_pa, dtype=float)
+    below = _SEA_LEVEL_K / _LAPSE * (1.0 - (np.maximum(pressure_pa, _TROPOPAUSE_PA) / SEA_LEVEL_PA) ** (1.0 / _POWER))
+    return below - _SCALE_M * np.log(np.minimum(pressure_pa / _TROPOPAUSE_PA, 1.0))

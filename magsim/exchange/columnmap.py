@@ -151,6 +151,7 @@ def _of_layout(own: Mapping[str, str]) -> dict[str, Source]:
             out[columns.FLUX.name(sensor=letter, axis=axis)] = (f"flux_{letter}_{axis}", 1.0)
     out |= {ours: (theirs, 1.0) for theirs, ours in sgl.DIRECT.items()}
     out |= {ours: (theirs, -1.0) for theirs, ours in sgl.NEGATED.items()}
+    out |= {ours: (theirs, 1.0 / factor) for theirs, (ours, factor) in sgl.SCALED.items()}
     for angle in ("lat", "lon"):
         in_radians = f"ins_{angle}" in own
         out[f"ins_{angle}_deg"] = (f"ins_{angle}", float(np.degrees(1.0))) if in_radians else (angle, 1.0)

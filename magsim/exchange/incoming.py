@@ -21,7 +21,18 @@ SOURCES = ("mit", "sgl-xyz", "xyz", "csv")
 
 ENDINGS = {".h5": "mit", ".hdf5": "mit", ".xyz": "sgl-xyz", ".csv": "csv"}
 
-LIMITS = {"nT": 1e6, "deg": 360.0, "m": 1e7, "m/s": 1e4, "A": 1e5, "V": 1e5, "1": 1e9}
+LIMITS = {
+    "nT": 1e6,
+    "deg": 360.0,
+    "deg/s": 1e5,
+    "m": 1e7,
+    "m/s": 1e4,
+    "m/s^2": 1e4,
+    "Pa": 1e6,
+    "A": 1e5,
+    "V": 1e5,
+    "1": 1e9,
+}
 """Largest magnitude of a column by its unit: what lies beyond is in another unit."""
 
 POSITION_LIMITS = {"ins_lat_deg": 90.0}
@@ -33,7 +44,11 @@ TIME_DIGITS = 9
 SHORTEST_S = 1e-6
 """Shortest step of time; less is taken for a standstill."""
 
-CODES = {columns.SPLIT.pattern: columns.SPLITS, columns.MANEUVER.pattern: columns.MANEUVERS}
+CODES = {
+    columns.SPLIT: columns.SPLITS,
+    columns.MANEUVER: columns.MANEUVERS,
+    columns.MAG_VALID: {0: "no reading", 1: "reading"},
+}
 """Columns that hold a code, and what it may be."""
 
 
@@ -243,15 +258,17 @@ def _columns(path: Path, fields: Mapping[str, np.ndarray], plan: Plan) -> tuple[
             continue
         if name == "ins_heading_deg":
             values = values % 360.0
-        unit = getattr(columns.find(name), "unit", "1")
+        family = columns.find(name)
+        unit = getattr(family, "unit", "1")
         limit = POSITION_LIMITS.get(name, LIMITS.get(unit, textfile.LARGEST))
         beyond = np.abs(values) > limit
         if beyond.any():
             row = int(beyond.argmax())
             _refuse(path, f"{source.column} gives {name} = {values[row]:g} in row {row + 1}; allowed: up to {limit:g}")
-        if name in CODES and not np.isin(values, list(CODES[name])).all():
-            wrong = values[~np.isin(values, list(CODES[name]))][0]
-            told = ", ".join(f"{code} {word}" for code, word in CODES[name].items())
+        codes = CODES.get(family)
+        if codes is not None and not np.isin(values, list(codes)).all():
+            wrong = values[~np.isin(values, list(codes))][0]
+            told = ", ".join(f"{code} {word}" for code, word in codes.items())
             _refuse(path, f"{source.column} gives {name} = {wrong:g}; allowed: {told}")
         data[name] = values
     if not columns.sensors_of(data, columns.MAG):

@@ -86,6 +86,7 @@ def _groups(recording: Recording) -> dict[str, dict[str, np.ndarray]]:
     told = {columns.MAG.name(sensor=sensor) for sensor in mags}
     told |= {columns.FLUX.name(sensor=sensor, axis=axis) for sensor in fluxes for axis in columns.AXES}
     told |= {*sgl.DIRECT.values(), *sgl.NEGATED.values(), *sgl.RADIANS.values(), columns.RADAR.pattern}
+    told |= {ours for ours, _ in sgl.SCALED.values()}
     groups = {
         role: {name: recording[name] for name in recording.names(role) if role != "input" or name not in told}
         for role in columns.ROLES

@@ -12,6 +12,7 @@ import numpy as np
 from magsim import columns
 from magsim.earth import decimal_years, igrf, utm, utm_zone
 from magsim.errors import RequestError
+from magsim.frames import rot_nb_from_attitude, rotate
 from magsim.recording import Recording
 
 
@@ -141,6 +142,10 @@ DIRECT = {
     "ins_yaw": "ins_heading_deg",
     "ins_alt": "ins_alt_m",
     "ins_vn": "ins_vn_mps",
+    "baro": "baro_alt_m",
+    "pitch_rate": "ins_rate_y_dps",
+    "roll_rate": "ins_rate_x_dps",
+    "yaw_rate": "ins_rate_z_dps",
 } | {theirs: ours for ours, theirs in columns.ALIASES_SGL.items()}
 """Fields that are a column as it is."""
 
@@ -149,6 +154,9 @@ NEGATED = {"ins_vw": "ins_ve_mps", "ins_vu": "ins_vd_mps"}
 
 RADIANS = {"ins_lat": "ins_lat_deg", "ins_lon": "ins_lon_deg"}
 """Radians there, degrees here."""
+
+SCALED = {"static_p": ("baro_pa", 1e-3)}
+"""Our column and what it is multiplied by: kilopascals there, pascals here."""
 
 
 def magnetometers(recording: Recording) -> dict[str, str]:
@@ -248,6 +256,10 @@ def fields_of(recording: Recording, flight: int) -> dict[str, np.ndarray]:
     for name, ours in RADIANS.items():
         if ours in recording:
             found[name] = np.radians(recording[ours])
+    for name, (ours, factor) in SCALED.items():
+        if ours in recording:
+            found[name] = factor * recording[ours]
+    found |= _level_accelerations(recording)
     if columns.RADAR.pattern in recording:
         radar = recording[columns.RADAR.pattern]
         found["radar"] = np.where(radar < 0.0, np.nan, radar)
@@ -287,6 +299,21 @@ def _time_and_place(recording: Recording, flight: int) -> dict[str, np.ndarray]:
         "lat": lat,
         "lon": lon,
     }
+
+
+def _level_accelerations(recording: Recording) -> dict[str, np.ndarray]:
+    """Accelerometers of a level platform whose x axis looks north: ours turned by the attitude that the INS tells.
+
+    SGL's INS is gimballed: x is horizontal, ``ins_wander`` counterclockwise from north, y a quarter turn further, z up,
+    gravity included (MagNav.jl, ``readmes/INS_readme.txt``).
+    """
+    angles = [columns.INS_ATTITUDE.name(angle=angle) for angle in ("roll", "pitch", "heading")]
+    names = [columns.INS_ACCELERATION.name(axis=axis) for axis in columns.AXES]
+    if not all(name in recording for name in (*angles, *names)):
+        return {}
+    felt_n = rotate(rot_nb_from_attitude(np.radians(recording.stack(angles))), recording.stack(names))
+    north, east, down = felt_n.T
+    return {"ins_acc_x": north, "ins_acc_y": -east, "ins_acc_z": -down, "ins_wander": np.zeros(len(recording))}
 
 
 def _magnetic(recording: Recording, found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

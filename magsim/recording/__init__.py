@@ -183,6 +183,11 @@ class Recording:
             rows &= self[key] == code
         return rows
 
+    def reads(self, sensor: str) -> np.ndarray:
+        """Boolean (n,) of the rows in which a scalar magnetometer reads; all where the recording does not tell."""
+        name = columns.MAG_VALID.name(sensor=sensor)
+        return self.data[name] == 1.0 if name in self.data else np.ones(len(self), dtype=bool)
+
     def pieces(self) -> tuple["Recording", ...]:
         """The recording cut where time jumps by more than 1.5 steps: parts that may be filtered.
 

@@ -30,7 +30,7 @@ import magsim
 from magsim import columns, storage
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
-from magsim.storage import hdf5
+from magsim.storage import hdf5, vetting
 
 if TYPE_CHECKING:
     import h5py
@@ -221,7 +221,7 @@ def read(path: Path, names: Iterable[str] | None = None) -> tuple[Recording, ...
         if not files:
             msg = f"{path}: this folder has no recording (*.h5)"
             raise RequestError(msg)
-        hdf5.vet_many(files)
+        vetting.vet_many(files)
         found = [flight for file in files for flight in _read_file(file, names)]
     else:
         found = _read_file(path, names)

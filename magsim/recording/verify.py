@@ -10,6 +10,7 @@ from magsim import columns
 from magsim.errors import DataError
 from magsim.recording import file
 from magsim.storage import hdf5
+from magsim.storage.seal import seal_state
 
 _DETAILS = {"column_units": "unit", "column_frames": "frame", "column_meanings": "meaning"}
 _MOST = 20
@@ -60,7 +61,7 @@ def verify(path: Path) -> Verified:
     DataError
         If anything differs: one line for each difference.
     """
-    state = hdf5.seal_state(path)
+    state = seal_state(path)
     differences = [] if state.kind == "good" else [f"{path}: {state.why}"]
     names, rows, widest = [], 0, 0
     try:

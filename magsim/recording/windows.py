@@ -9,7 +9,7 @@ import numpy as np
 from magsim import columns
 from magsim.errors import RequestError
 from magsim.recording import file
-from magsim.storage import hdf5
+from magsim.storage import hdf5, vetting
 
 
 class Windows:
@@ -56,7 +56,7 @@ class Windows:
         flights: list[str] = []
         self._blocks: list[np.ndarray] = []
         block_of, first_of, count_of = [], [], []
-        hdf5.vet_many(files)
+        vetting.vet_many(files)
         for path in files:
             mapped = None
             with hdf5.open_careful(path) as root:

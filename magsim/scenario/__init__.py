@@ -17,6 +17,7 @@ from magsim.scenario.geology import (
     shortest_crust_m,
 )
 from magsim.scenario.instruments import (
+    Barometer,
     BaseStation,
     Cabin,
     Clock,
@@ -67,6 +68,7 @@ from magsim.scenario.whole import RecordingSettings, Scenario
 __all__ = [
     "LEGS",
     "Air",
+    "Barometer",
     "BaseStation",
     "Box",
     "Cabin",

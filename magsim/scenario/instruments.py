@@ -58,6 +58,16 @@ PRESETS: Mapping[str, Mapping[str, Mapping[str, object]]] = {
             "velocity_drift_mps": 0.01,
             "velocity_noise_mps": 0.005,
             "correlation_s": 300.0,
+            "acc_bias_mps2": [2e-4, -2e-4, 3e-4],
+            "acc_scale_error": [5e-5, -5e-5, 5e-5],
+            "acc_drift_mps2": 2.45e-4,
+            "acc_correlation_s": 3600.0,
+            "acc_noise_mps2_rthz": 3.4e-4,
+            "rate_bias_dps": [1e-6, -1e-6, 1e-6],
+            "rate_scale_error": [5e-6, -5e-6, 5e-6],
+            "rate_drift_dps": 4.2e-7,
+            "rate_correlation_s": 3600.0,
+            "rate_noise_dps_rthz": 4.7e-5,
         },
         "ins_mems": {
             "attitude_bias_deg": [0.15, -0.1, 0.4],
@@ -70,6 +80,16 @@ PRESETS: Mapping[str, Mapping[str, Mapping[str, object]]] = {
             "velocity_noise_mps": 0.02,
             "correlation_s": 120.0,
             "skew_s": 0.02,
+            "acc_bias_mps2": [0.02, -0.02, 0.03],
+            "acc_scale_error": [1e-3, -1e-3, 1e-3],
+            "acc_drift_mps2": 6.4e-4,
+            "acc_correlation_s": 300.0,
+            "acc_noise_mps2_rthz": 1.4e-3,
+            "rate_bias_dps": [0.02, -0.02, 0.02],
+            "rate_scale_error": [1e-3, -1e-3, 1e-3],
+            "rate_drift_dps": 3e-3,
+            "rate_correlation_s": 300.0,
+            "rate_noise_dps_rthz": 3.5e-3,
         },
     },
 }
@@ -185,7 +205,10 @@ class Cabin(Strict):
 
 
 class Ins(Clock, Preset):
-    """Inertial navigation: bias, Gauss-Markov drift and a little white noise on each channel."""
+    """Inertial navigation: bias, Gauss-Markov drift and a little white noise on each channel.
+
+    Attitude, position and velocity are what it computes; ``acc`` and ``rate`` what its accelerometers and gyros read.
+    """
 
     preset: Literal["ins_survey", "ins_mems"] | None = None
     attitude_bias_deg: Vector = (0.0, 0.0, 0.0)
@@ -197,6 +220,34 @@ class Ins(Clock, Preset):
     velocity_drift_mps: NonNegative = 0.0
     velocity_noise_mps: NonNegative = 0.0
     correlation_s: Positive = 300.0
+    acc_bias_mps2: Vector = (0.0, 0.0, 0.0)
+    acc_scale_error: Vector = Field(default=(0.0, 0.0, 0.0), description="relative, 0.001 is 0.1 %")
+    acc_drift_mps2: NonNegative = Field(default=0.0, description="standard deviation of the drift of each axis")
+    acc_correlation_s: Positive = 300.0
+    acc_noise_mps2_rthz: NonNegative = Field(default=0.0, description="white noise density")
+    acc_step_mps2: NonNegative = Field(default=0.0, le=1.0, description="least count; 0: none")
+    rate_bias_dps: Vector = (0.0, 0.0, 0.0)
+    rate_scale_error: Vector = Field(default=(0.0, 0.0, 0.0), description="relative, 0.001 is 0.1 %")
+    rate_drift_dps: NonNegative = Field(default=0.0, description="standard deviation of the drift of each axis")
+    rate_correlation_s: Positive = 300.0
+    rate_noise_dps_rthz: NonNegative = Field(default=0.0, description="white noise density")
+    rate_step_dps: NonNegative = Field(default=0.0, le=1.0, description="least count; 0: none")
+
+
+Qnh = Annotated[float, Field(ge=85_000.0, le=110_000.0)]
+
+
+class Barometer(Clock):
+    """A barometer: static pressure, and the height of the standard atmosphere that belongs to it."""
+
+    qnh_pa: Qnh = Field(default=101_325.0, description="pressure of the day at the sea")
+    setting_pa: Qnh = Field(default=101_325.0, description="pressure that the height is counted from")
+    offset_pa: float = Field(default=0.0, ge=-2000.0, le=2000.0, description="constant error")
+    drift_pa: NonNegative = Field(default=0.0, le=1000.0, description="standard deviation of the drift")
+    correlation_s: Positive = 3600.0
+    noise_pa_rthz: NonNegative = Field(default=0.5, description="white noise density")
+    lag_s: NonNegative = Field(default=0.0, le=1.0, description="time constant of first order")
+    step_pa: NonNegative = Field(default=0.0, le=1000.0, description="least count; 0: none")
 
 
 class Radar(Clock):
@@ -247,6 +298,7 @@ class Sensors(Strict):
     carrier_ins: Ins | None = Field(default=None, description="a second one, in the carrier of a bird")
     cabin: Cabin | None = Field(default=None, description="without it, every instrument has its reference_c")
     electrical: Electrical = Electrical()
+    barometer: Barometer | None = None
     radar: Radar | None = Field(default=None, description="needs [terrain]")
     base: BaseStation | None = Field(default=None, description="on the ground, for the diurnal correction")
 

@@ -148,7 +148,8 @@ def fluxgate_columns(
     Returns
     -------
     dict of str to (rows,) [nT]
-        ``flux`` in sensor axes, and each part of the field in body axes.
+        ``flux`` in sensor axes; ``fluxerror``, by which each reading differs from the whole field along the body axis
+        of its name; and each part of the field in body axes.
 
     Raises
     ------
@@ -157,6 +158,7 @@ def fluxgate_columns(
     """
     rng = stream(seed, f"fluxgate/{sensor.name}/noise")
     total_b = truth.total(sensor.mount)
+    ideal = acquisition(total_b)
     if sensor.mount in truth.tilts_b:
         total_b = turned_back(truth.tilts_b[sensor.mount], total_b)
     raw = measure(total_b, sensor, acquisition.rate_in_hz, rng, warmth_c)
@@ -165,5 +167,8 @@ def fluxgate_columns(
     reading = acquisition(raw) if taken is None else acquisition.at(raw, taken)
     if sensor.step_nt > 0.0:
         reading = sensor.step_nt * np.round(reading / sensor.step_nt)
-    out = {columns.FLUX.name(sensor=sensor.name, axis=axis): reading[:, k] for k, axis in enumerate(columns.AXES)}
+    vectors = ((columns.FLUX, reading), (columns.FLUX_ERROR, reading - ideal))
+    out = {
+        family.name(sensor=sensor.name, axis=a): v[:, k] for family, v in vectors for k, a in enumerate(columns.AXES)
+    }
     return out | part_columns(sensor.name, sensor.mount, truth, acquisition)

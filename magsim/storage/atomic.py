@@ -2,12 +2,12 @@
 
 import contextlib
 import os
-import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 
 from magsim.errors import RequestError
+from magsim.storage.parts import part_folder, sweep
 
 
 def check_target(path: Path, *, force: bool = False) -> None:
@@ -26,8 +26,8 @@ def check_target(path: Path, *, force: bool = False) -> None:
         If the folder is missing or cannot be written to, or the path is taken.
     """
     _refuse_taken(path, force=force)
-    with contextlib.suppress(OSError):
-        _reserve(path).unlink()
+    with _reserved(path):
+        pass
 
 
 def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = False) -> None:
@@ -38,7 +38,7 @@ def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = F
     path : Path
         Where the file shall be. Its folder must exist.
     write : callable
-        Writes the file at the path that it is given: a temporary one in the same folder, with the same ending.
+        Writes the file at the path that it is given: one of the same name in a temporary folder beside it.
     force : bool
         Replace an existing file.
 
@@ -48,17 +48,15 @@ def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = F
         If the path is taken and ``force`` is not set, or it cannot be written to. Nothing is left behind.
     """
     _refuse_taken(path, force=force)
-    temporary = _reserve(path)
-    try:
-        write(temporary)
-        sync(temporary)
-        _publish(temporary, path, force=force)
-        sync(path.parent)
-    except OSError as error:
-        raise cannot_write(path, error) from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+    sweep(path)
+    with _reserved(path) as temporary:
+        try:
+            write(temporary)
+            sync(temporary)
+            _publish(temporary, path, force=force)
+            sync(path.parent)
+        except OSError as error:
+            raise cannot_write(path, error) from error
 
 
 def _refuse_taken(path: Path, *, force: bool) -> None:
@@ -82,14 +80,19 @@ def _refuse_taken(path: Path, *, force: bool) -> None:
     raise RequestError(msg)
 
 
-def _reserve(path: Path) -> Path:
-    """A new empty file beside the path, with the permissions that the final file shall have."""
-    temporary = path.with_name(f".{secrets.token_hex(6)}.part{path.suffix[-20:]}")
-    try:
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-    except (OSError, ValueError) as error:
-        raise cannot_write(path, error) from None
-    return temporary
+@contextlib.contextmanager
+def _reserved(path: Path) -> Iterator[Path]:
+    """A new empty file of the path's name in a hidden folder beside it; both are gone in the end.
+
+    The file has the permissions that the final one shall have.
+    """
+    with contextlib.ExitStack() as stack:
+        try:
+            temporary = stack.enter_context(part_folder(path)) / path.name
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except (OSError, ValueError) as error:
+            raise cannot_write(path, error) from None
+        yield temporary
 
 
 def _publish(temporary: Path, path: Path, *, force: bool) -> None:

@@ -1,27 +1,21 @@
 """HDF5 files opened with care: a file from outside is hostile until checked.
 
-Recordings end with a seal: a line with the SHA-256 of all bytes before it. It lies beyond the end that HDF5 knows of,
-so every HDF5 library reads the file as if it were not there. A seal that does not fit is refused at once. But anyone
-can make a seal that fits: so a file that this process has not written itself is first walked through by a child process
-(``vet``) with limits of memory and time, because a bad file can hang or crash the HDF5 library itself.
+Recordings end with a seal (``seal``), and one that does not fit is refused at once. But anyone can make a seal that
+fits: so a file that this process has not written itself is first walked through by a child process (``vetting``).
 Everything that is read passes the checks of ``Reader`` too.
 """
 
 import contextlib
-import hashlib
-import json
-import os
 import re
-import subprocess
-import sys
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
-from magsim.errors import DataError, MagsimError, RequestError
+from magsim.errors import DataError, MagsimError
+from magsim.storage.seal import append_seal, seal_state
+from magsim.storage.vetting import damage, remember, vet
 
 if TYPE_CHECKING:
     import h5py
@@ -29,89 +23,16 @@ if TYPE_CHECKING:
 MAX_VALUE_BYTES = 1024**3
 """Largest data set that is read."""
 
-VET_PROGRAM = Path(__file__).with_name("vet.py")
-"""Walks through a file in a process of its own."""
-
-VET_TIMEOUT_S = 30.0
-"""Longest time that the child process may take."""
-
 NAME = re.compile(r"[a-z0-9_]+")
 """Names of objects that are read."""
 
 FILTERS = ("deflate", "shuffle", "fletcher32")
 """Filters that a data set may have passed: those that HDF5 itself brings."""
 
-_REFUSED = 4  # exit code of the vet program
-_TIMEOUT = 124
-_OUT_OF_CPU = -24  # SIGXCPU
-_MANY = 100
-_KNOWN: dict[str, str] = {}
-"""What the child process said of files, by the SHA-256 of all their bytes: "" for good. Files written here are good."""
-
-_SEAL = re.compile(rb"magsim-sha256:([0-9a-f]{64})\n")
-SEAL_BYTES = len("magsim-sha256:") + 64 + 1
-_MAGIC = b"\x89HDF\r\n\x1a\n"
-
 
 def seal(path: Path) -> None:
-    """Append the SHA-256 of a finished file to it."""
-    digest = _sha256(path, path.stat().st_size)
-    line = b"magsim-sha256:" + digest.hexdigest().encode() + b"\n"
-    with path.open("ab") as file:
-        file.write(line)
-    digest.update(line)
-    _remember(digest.hexdigest(), "")
-
-
-@dataclass(frozen=True)
-class SealState:
-    """What the seal of a file says.
-
-    Attributes
-    ----------
-    kind : str
-        ``good``, ``none`` or ``broken``.
-    why : str
-        What is wrong, in words that follow the file's name; empty where it is good.
-    digest : str
-        SHA-256 of all bytes, seal included.
-    """
-
-    kind: str
-    why: str
-    digest: str
-
-
-def seal_state(path: Path) -> SealState:
-    """Compare the seal of a file with its bytes.
-
-    Raises
-    ------
-    RequestError
-        If there is no such file, or it cannot be opened.
-    DataError
-        If it is no HDF5 file.
-    """
-    _check_file(path)
-    size = max(0, path.stat().st_size - SEAL_BYTES)
-    body = _sha256(path, size)
-    with path.open("rb") as file:
-        file.seek(size)
-        tail = file.read(SEAL_BYTES)
-    whole = body.copy()
-    whole.update(tail)
-    found = _SEAL.fullmatch(tail)
-    if found is not None and body.hexdigest() == found[1].decode():
-        return SealState("good", "", whole.hexdigest())
-    if found is not None:
-        why = "is damaged: its bytes are not those that were written (the checksum at its end differs)"
-    elif b"magsim-sha256:" in tail[1:]:
-        why = "is truncated: the checksum at its end is not complete"
-    elif sum(a == b for a, b in zip(tail, b"magsim-sha256:", strict=False)) > 7:
-        why = "is damaged: the checksum at its end is not one"
-    else:
-        return SealState("none", "has no checksum at its end: another program wrote or changed it", whole.hexdigest())
-    return SealState("broken", why, whole.hexdigest())
+    """Append the SHA-256 of a finished file to it; it needs no walk in this process."""
+    remember(append_seal(path), "")
 
 
 @contextlib.contextmanager
@@ -142,7 +63,7 @@ def open_careful(path: Path, *, also: Collection[str] = (), whatever_the_seal: b
     if state.kind == "broken" and not whatever_the_seal:
         msg = f"{path}: {state.why}"
         raise DataError(msg)
-    _vet(path, state.digest)
+    vet(path, state.digest)
     import h5py
 
     try:
@@ -157,13 +78,7 @@ def open_careful(path: Path, *, also: Collection[str] = (), whatever_the_seal: b
 def damaged(path: Path, error: Exception) -> DataError:
     """The one line that tells of a file that HDF5 cannot read."""
     lines = str(error).splitlines() or [type(error).__name__]
-    return DataError(f"{path}: {_damage(lines[0])}")
-
-
-def _damage(line: str) -> str:
-    if "truncated" in line:
-        return "is truncated: it ends before its data do"
-    return f"is damaged: HDF5 cannot read it ({line[:200]})"
+    return DataError(f"{path}: {damage(lines[0])}")
 
 
 class Reader:
@@ -325,108 +240,3 @@ class Reader:
         used = {properties.get_filter(i)[0] for i in range(properties.get_nfilters())}
         if used - codes:
             self.refuse(f"{name} is packed with filter {min(used - codes)}; allowed: {', '.join(FILTERS)}")
-
-
-def _check_file(path: Path) -> None:
-    try:
-        if path.is_dir():
-            msg = f"{path}: is a folder, not a recording"
-            raise RequestError(msg)
-        if path.exists() and not path.is_file():
-            msg = f"{path}: is not a regular file"
-            raise RequestError(msg)
-        with path.open("rb") as file:
-            head = file.read(len(_MAGIC))
-    except FileNotFoundError:
-        msg = f"{path}: there is no such file"
-        raise RequestError(msg) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        msg = f"{path}: cannot be read: {reason}"
-        raise RequestError(msg) from None
-    if head != _MAGIC:
-        what = "is empty" if not head else "is not an HDF5 file"
-        msg = f"{path}: {what}, so it is no recording"
-        raise DataError(msg)
-
-
-def _sha256(path: Path, size: int) -> "hashlib._Hash":
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while size > 0:
-            block = file.read(min(size, 2**20))
-            if not block:
-                break
-            digest.update(block)
-            size -= len(block)
-    return digest
-
-
-def vet_many(paths: Sequence[Path]) -> None:
-    """Let child processes walk through many files ahead, faster than one by one; what they say is told on opening."""
-    if not hasattr(os, "fork"):
-        return
-    states = []
-    for path in paths:
-        with contextlib.suppress(MagsimError):  # told on opening
-            states.append((path, seal_state(path)))
-    wanted = [(path, state.digest) for path, state in states if state.kind != "broken" and state.digest not in _KNOWN]
-    for start in range(0, len(wanted) if len(wanted) > 1 else 0, _MANY):
-        batch = wanted[start : start + _MANY]
-        names = [str(path.absolute()) for path, _ in batch]
-        run = _child(["--many", str(VET_TIMEOUT_S), *names], VET_TIMEOUT_S * (1 + len(batch)))
-        answers = [] if run is None else run.stdout.splitlines()
-        for (_, digest), answer in zip(batch, answers, strict=False):
-            _remember(digest, _verdict(*json.loads(answer)))
-
-
-def _vet(path: Path, digest: str) -> None:
-    """Let a child process walk through the whole file first, unless what it would say is known."""
-    verdict = _KNOWN.get(digest)
-    if verdict is None:
-        run = _child([str(path.absolute())], VET_TIMEOUT_S)
-        lines = [] if run is None else run.stderr.strip().splitlines()
-        verdict = _verdict(_TIMEOUT if run is None else run.returncode, (lines or [""])[-1])
-        _remember(digest, verdict)
-    if verdict:
-        msg = f"{path}: {verdict}"
-        raise DataError(msg)
-
-
-def _child(arguments: list[str], timeout_s: float) -> subprocess.CompletedProcess[str] | None:
-    """Run the vet program; None where it took too long."""
-    # HDF5 may load no code that a file's filters ask for
-    quiet = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "HDF5_PLUGIN_PRELOAD": "::"}
-    try:
-        return subprocess.run(
-            [sys.executable, "-P", str(VET_PROGRAM), *arguments],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=timeout_s,
-            check=False,
-            env={**os.environ, **quiet},
-        )
-    except subprocess.TimeoutExpired:
-        return None
-
-
-def _verdict(code: int, last_line: str) -> str:
-    """What the exit code and last line of the vet program mean, in words that follow the file's name; "" for good."""
-    plain = "".join(c if c.isprintable() else "?" for c in last_line)[:300] or "no reason given"
-    if code == 0:
-        return ""
-    if code == _REFUSED:
-        return plain
-    if code in (_TIMEOUT, _OUT_OF_CPU):
-        return "is damaged: HDF5 does not come to an end with it"
-    if code < 0:
-        return "is damaged: HDF5 breaks down over it"
-    return _damage(plain)
-
-
-def _remember(digest: str, verdict: str) -> None:
-    if len(_KNOWN) >= 20_000:
-        _KNOWN.clear()
-    _KNOWN[digest] = verdict

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import Tensor
 
 from magsim.errors import DataError, RequestError
@@ -55,7 +55,7 @@ class Checkpoint:
         tensors |= {f"best.{name}": tensor.detach().clone() for name, tensor in best.items()}
         about = {"magsim": json.dumps({"identity": self.identity, "step": step}, sort_keys=True)}
         atomic_write(stem.with_suffix(".pt"), lambda path: torch.save(dict(state), path), force=True)
-        atomic_write(stem.with_suffix(".safetensors"), lambda path: save_file(tensors, path, about), force=True)
+        atomic_write(stem.with_suffix(".safetensors"), lambda path: path.write_bytes(save(tensors, about)), force=True)
         for old in self._steps():
             if old < step:
                 for suffix in (".safetensors", ".pt"):

@@ -212,6 +212,52 @@ def test_pieces_are_filtered_each_by_itself(recording):
     assert report.value("none", "std_nt") == pytest.approx(np.std(np.concatenate(kept)), rel=1e-12)
 
 
+def with_dropouts(recording, *spans):
+    """Rows without a reading: the column says so, reading and labels there are nonsense."""
+    valid = np.ones(len(recording))
+    for span in spans:
+        valid[span] = 0.0
+    wrong = {name: np.where(valid == 1.0, recording[name], 0.0) for name in ("mag_cabin_nt", "interference_cabin_nt")}
+    return replace(recording, data={**recording.data, **wrong, "mag_cabin_valid": valid})
+
+
+def test_rows_without_a_reading_are_neither_learned_nor_judged(recording):
+    """Scores and coefficients are those of the recording without these rows."""
+    spans = (slice(2500, 2510), slice(9000, 9003), slice(11_000, 11_001))
+    holed = with_dropouts(recording, *spans)
+    rows = holed["mag_cabin_valid"] == 1.0
+    methods = ["none", "tl16_measured", "noise_floor"]
+    report, wanted = benchmark([holed], methods), benchmark([recording.take(rows)], methods)
+    assert [(row, row.value) for row in report.rows] == [(row, row.value) for row in wanted.rows]
+    assert report.value("noise_floor", "std_nt") == pytest.approx(0.0030, abs=0.0003)
+    (note,) = report.notes
+    assert note.startswith("recording 'world': 4 test rows in which 'cabin' does not read are left out, and 30 s on")
+    # Held through, the dropouts would be all that is seen.
+    ignored = benchmark([without(holed, "mag_cabin_valid")], ["none"])
+    assert ignored.value("none", "std_nt") > 30.0 * report.value("none", "std_nt")
+
+
+def test_a_magnetometer_that_always_reads_changes_no_bit(recording):
+    methods = ["none", "tl16", "tl18_measured", "noise_floor"]
+    plain, told = benchmark([recording], methods), benchmark([with_dropouts(recording)], methods)
+    assert told.to_json() == plain.to_json()
+
+
+def test_a_magnetometer_that_never_reads_is_told(recording):
+    silent = with_dropouts(recording, slice(None))
+    with pytest.raises(RequestError, match="no row of 'world' has split = test and a reading of 'cabin'"):
+        benchmark([silent], ["none"])
+    with pytest.raises(DataError, match="'cabin' does not read in any row of 'world', 'world' that is to be learned"):
+        benchmark([with_dropouts(recording, slice(0, 6400))], ["tl16"])
+    often = with_dropouts(recording, slice(None, None, 500))
+    with pytest.raises(DataError, match=r"longest test piece without a dropout lasts 49\.8 s"):
+        benchmark([often], ["none"])
+    other = replace(silent, name="other")
+    report = benchmark([recording, other], ["none"])
+    assert report.recordings == ("world",)
+    assert any(note.startswith("recording 'other': 6400 test rows") for note in report.notes)
+
+
 def test_several_recordings_are_learned_together_and_judged_each(recording):
     other = calibration(WORLD, 1, "other")
     stub = Stub(function=zeros)

@@ -1,10 +1,11 @@
-"""Kill ``magsim generate`` at random moments: the target is absent or whole.
+"""Kill ``magsim generate`` at random moments: the target is absent or whole, and the next writer finds no leftover.
 
 Run ``python tests/benchmarks/killed_generate.py [--json] [--moments N]``. One in five moments is drawn over the whole
 run, the others over 60 ms from when a temporary file is seen to hold data: in these it is written and gets its name.
 """
 
 import argparse
+import contextlib
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from magsim.errors import DataError
 from magsim.recording.verify import verify
+from magsim.storage import atomic_write
 from tests.benchmarks.rows import at_most, finish, stated
 
 SCENARIO = "patterns/straight"
@@ -32,12 +34,9 @@ def start(target: Path) -> subprocess.Popen[bytes]:
 def wait_for_data(process: subprocess.Popen[bytes], folder: Path) -> None:
     """Until a temporary file holds data, or the run ends."""
     while process.poll() is None:
-        for path in folder.glob(".*.part.h5"):
-            try:
-                if path.stat().st_size:
-                    return
-            except FileNotFoundError:
-                continue
+        with contextlib.suppress(FileNotFoundError):  # it has come to its place meanwhile
+            if any(path.stat().st_size for path in folder.glob(".*.part/*.h5")):
+                return
         time.sleep(0.0005)
 
 
@@ -49,7 +48,7 @@ def main() -> None:
     arguments = parser.parse_args()
     rng = np.random.default_rng(5)
     counts = {"absent": 0, "whole": 0, "broken": 0}
-    while_writing = 0
+    while_writing = left_over = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         began = time.perf_counter()
@@ -65,14 +64,14 @@ def main() -> None:
                 time.sleep(rng.uniform(0.0, run_s))
             process.kill()
             process.wait()
-            parts = list(folder.glob(".*.part.h5"))
-            while_writing += bool(parts)
-            for path in parts:
-                path.unlink()
+            while_writing += bool(list(folder.glob(".*.part")))
             counts[_state(target)] += 1
+            atomic_write(target, lambda path: path.write_text(""), force=True)
+            left_over += bool(list(folder.glob(".*.part")))
     finish(
         [
             at_most("broken", counts["broken"], "1", 0),
+            at_most("left_over", left_over, "1", 0),
             stated("absent", counts["absent"], "1"),
             stated("whole", counts["whole"], "1"),
             stated("killed_while_writing", while_writing, "1"),

@@ -91,6 +91,24 @@ def test_causal_methods_do_not_look_ahead(fitted):
         assert np.abs(after - before).max() > 1e-6
 
 
+@pytest.mark.parametrize("name", ["tl16_measured", "magtcn", "bp"])
+def test_rows_without_a_reading_are_not_learned(name):
+    """The fit is that of the recordings without these rows; the estimate has a value for each row."""
+    sides = parts(calibration(WORLD))[:2]
+    valid = [np.where((np.arange(len(side)) % 900) < 4, 0.0, 1.0) for side in sides]
+    wrong = ("mag_cabin_nt", "interference_cabin_nt")
+    holed = [
+        replace(r, data={**r.data, **{n: np.where(v == 1.0, r[n], 1e3) for n in wrong}, "mag_cabin_valid": v})
+        for r, v in zip(sides, valid, strict=True)
+    ]
+    cut = [r.take(v == 1.0) for r, v in zip(sides, valid, strict=True)]
+    quick = METHODS[name] | ({} if name.startswith("tl") else {"first_stage": "none"})
+    one, other = (create(name, **quick).fit([a], sensor="cabin", valid=[b]) for a, b in (holed, cut))
+    blind = holed[0].blind()
+    np.testing.assert_array_equal(one.interference(blind), other.interference(blind))
+    assert len(one.interference(blind)) == len(holed[0])
+
+
 def test_same_seed_same_answer_and_nothing_is_changed(fitted):
     method, train, valid, test = fitted
     copies = [{k: v.copy() for k, v in r.data.items()} for r in (train, valid, test)]
@@ -112,6 +130,7 @@ def test_saved_and_loaded_gives_the_same_bits(fitted, tmp_path):
     np.testing.assert_array_equal(back.interference(test.blind()), method.interference(test.blind()))
     for path in (tmp_path / "a").iterdir():
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+    assert len({path.stat().st_mode for path in (tmp_path / "a").iterdir()}) == 1
 
 
 def test_broken_runs_are_told(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 from worlds import EDDY_S, EXACT, FIELD_NT, INDUCED, PERMANENT_NT, VECTOR, World, calibration, parts
 
-from magsim import metrics
+from magsim import metrics, signals
 from magsim.compensation import TollesLawson, create
 from magsim.errors import DataError, RequestError
 
@@ -128,6 +128,31 @@ def test_a_gap_is_not_filtered_across():
     rows[2000:2600] = False
     method = TollesLawson(derivative="spline").fit([train.take(rows)], sensor="cabin", valid=[valid])
     assert ratio(test, test["interference_cabin_nt"] - method.interference(test.blind())) > 1e5
+
+
+@pytest.mark.parametrize("band", ["in", "broad"])
+def test_dropouts_are_left_out_of_a_fit_to_labels_without_their_neighbors(band):
+    """The filter runs through, since labels are right in a dropout; by hand with plain least squares."""
+    train, _, test = parts(calibration(VECTOR))
+    read = (np.arange(len(train)) % 170) > 60
+    holed = replace(
+        train, data={**train.data, "mag_cabin_nt": 0.0 * train.time_s, "mag_cabin_valid": read.astype(float)}
+    )
+    method = TollesLawson(band=band).fit([holed], sensor="cabin")
+    columns = method._design(train).matrix
+    label = train["interference_cabin_nt"]
+    if band == "in":
+        both = signals.band_pass(np.column_stack([columns, label]), 10.0)[300:-300][read[300:-300]]
+        by_hand = np.linalg.lstsq(both[:, :-1], both[:, -1])[0]
+    else:
+        centered = columns[read] - columns[read].mean(axis=0)
+        by_hand = np.linalg.lstsq(centered, label[read] - label[read].mean())[0]
+    wanted = np.einsum("nc,c->n", method._design(test).matrix, by_hand)
+    wanted += (label - columns @ by_hand)[read].mean()
+    error = test["interference_cabin_nt"] - wanted
+    np.testing.assert_allclose(method.interference(test.blind()), wanted, rtol=0, atol=0.02 * error.std())
+    all_rows = TollesLawson(band=band).fit([train], sensor="cabin").interference(test.blind())
+    assert np.std(all_rows - wanted) > 0.05 * error.std()
 
 
 def test_too_short_a_flight_is_refused():

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import ppigrf
 import pytest
+from scipy.spatial.transform import Rotation
 
 from magsim import exchange
 from magsim.cli import main
@@ -69,6 +70,10 @@ def test_magnav_reads_the_recording(recording, tmp_path):
         "ins_vd": "ins_vd_mps",
         "ins_alt": "ins_alt_m",
         "cur_strb": "cur_strobe_a",
+        "baro": "baro_alt_m",
+        "roll_rate": "ins_rate_x_dps",
+        "pitch_rate": "ins_rate_y_dps",
+        "yaw_rate": "ins_rate_z_dps",
         "lat": "true_lat_deg",
         "lon": "true_lon_deg",
         "utm_z": "true_alt_m",
@@ -80,7 +85,20 @@ def test_magnav_reads_the_recording(recording, tmp_path):
     flux = np.linalg.norm([xyz["flux_a_x"], xyz["flux_a_y"], xyz["flux_a_z"]], axis=0)
     np.testing.assert_allclose(xyz["flux_a_t"], flux, rtol=1e-15)
     np.testing.assert_array_equal(np.isnan(xyz["radar"]), recording["radar_alt_m"] < 0.0)
+    np.testing.assert_allclose(xyz["static_p"], recording["baro_pa"] / 1000.0, rtol=1e-15)
     assert np.isnan(xyz["mag_4_uc"]).all()
+
+
+def test_accelerations_are_those_of_a_level_platform(recording, tmp_path):
+    """North, west and up by scipy's rotations; gravity is in the third."""
+    (path,) = export(recording, "mit", tmp_path)
+    xyz = magnav(path)
+    angles = np.stack([xyz["ins_yaw"], xyz["ins_pitch"], xyz["ins_roll"]], axis=1)
+    body = np.stack([recording[f"ins_acc_{axis}_mps2"] for axis in "xyz"], axis=1)
+    north, east, down = Rotation.from_euler("ZYX", angles, degrees=True).apply(body).T
+    for name, wanted in (("ins_acc_x", north), ("ins_acc_y", -east), ("ins_acc_z", -down), ("ins_wander", 0.0 * north)):
+        np.testing.assert_allclose(xyz[name], wanted, rtol=0, atol=1e-13)
+    assert abs(xyz["ins_acc_z"].mean() - 9.8) < 0.2
 
 
 def test_the_stages_of_mag_1_agree_with_an_independent_igrf(recording, tmp_path):
@@ -122,7 +140,10 @@ def test_the_rest_is_in_groups_bit_by_bit(recording, tmp_path):
             assert set(f[role]) == set(recording.names(role))
             for name in f[role]:
                 np.testing.assert_array_equal(f[role][name][()], recording[name])
-        assert set(f["input"]) == {"base_hut_nt", "surface_rudder_deg"}
+        body = {f"ins_acc_{axis}_mps2" for axis in "xyz"}
+        assert set(f["input"]) == {"base_hut_nt", "surface_rudder_deg", "mag_cabin_valid"} | body
+        for name in f["input"]:
+            np.testing.assert_array_equal(f["input"][name][()], recording[name])
         assert {name: f["sensors"][name][()].decode() for name in f["sensors"]} == {
             "mag_1": "m1",
             "mag_2": "cabin",
@@ -233,7 +254,9 @@ def test_parquet_keeps_every_bit_and_the_units(recording, tmp_path):
     for name in table:
         np.testing.assert_array_equal(table[name].to_numpy(), recording[name])
     schema = parquet.read_schema(path)
-    assert schema.field("mag_cabin_nt").metadata[b"unit"] == b"nT"
+    units = {"mag_cabin_nt": "nT", "mag_cabin_valid": "1", "ins_acc_x_mps2": "m/s^2", "ins_rate_x_dps": "deg/s"}
+    for name, unit in (units | {"baro_pa": "Pa", "true_cabin_c": "degC", "fluxerror_nose_x_nt": "nT"}).items():
+        assert schema.field(name).metadata[b"unit"].decode() == unit
     assert schema.metadata[b"start_utc"] == b"2025-03-13T23:59:30+00:00"
 
 

@@ -17,6 +17,7 @@ from magsim.recording import Recording
 from magsim.storage import hdf5
 
 OURS = ("mag_m1_nt", "ins_roll_deg", "ins_pitch_deg", "ins_vn_mps", "ins_ve_mps", "ins_vd_mps", "ins_alt_m")
+OURS += ("ins_rate_x_dps", "ins_rate_y_dps", "ins_rate_z_dps", "baro_alt_m")
 
 
 def export(recording: Recording, kind: str, folder: Path) -> Path:
@@ -55,8 +56,9 @@ def test_magnav_hdf5_comes_back_bit_by_bit(recording, tmp_path):
         np.testing.assert_array_equal(back[name], recording[name], err_msg=name)
     np.testing.assert_array_equal(back["mag_m2_nt"], recording["mag_cabin_nt"])
     np.testing.assert_array_equal(back["flux_a_y_nt"], recording["flux_nose_y_nt"])
-    for name in ("ins_lat_deg", "ins_lon_deg"):  # by way of radians
+    for name in ("ins_lat_deg", "ins_lon_deg", "baro_pa"):  # by way of radians and kilopascals
         np.testing.assert_allclose(back[name], recording[name], rtol=3e-16)
+    assert "ins_acc_x_mps2" not in back  # the platform's are not the body's
     assert back.meta["start_utc"] == recording.meta["start_utc"]
     assert back.meta["rate_hz"] == 10.0
     assert not back.names("truth")
@@ -74,6 +76,10 @@ def test_text_comes_back_to_half_a_digit(recording, tmp_path, kind):
         np.testing.assert_allclose(back[name], recording[name], rtol=0.0, atol=half + 1e-11, err_msg=name)
     assert not back.names("truth")
     assert "interference_m1_nt" not in back
+    if kind != "sgl-xyz":
+        np.testing.assert_array_equal(back["mag_cabin_valid"], recording["mag_cabin_valid"])
+        np.testing.assert_array_equal(back.reads("cabin"), recording["mag_cabin_valid"] == 1.0)
+        np.testing.assert_allclose(back["ins_acc_z_mps2"], recording["ins_acc_z_mps2"], rtol=0, atol=5.1e-7)
     if kind == "csv":
         np.testing.assert_array_equal(back["split"], recording["split"])
 
@@ -143,6 +149,10 @@ def test_a_map_names_and_scales(tmp_path):
         ('tine = "t"', r"map.toml:1: tine: unknown key \(did you mean 'time'"),
         ('time = "t"\n[columns]\nmag_a_nt = {column = "B_tail", scale = inf}', "scale"),
         ('time = "t"\n[columns]\nmag_a_nt = {column = "B_tail", scale = 100}', r"mag_a_nt = 5e\+06 .*up to 1e\+06"),
+        (
+            'time = "t"\n[columns]\nmag_a_nt = "B_tail"\nmag_a_valid = "note_1"',
+            "mag_a_valid = 9; allowed: 0 no reading, 1 reading",
+        ),
         (
             'time = "t"\n[columns]\nmag_a_nt = "B_tail"\nsplit = "note_1"',
             "split = 9; allowed: 0 train, 1 valid, 2 test",

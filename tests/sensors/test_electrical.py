@@ -55,6 +55,20 @@ def test_noise_has_its_density_and_offsets_their_spread():
     assert np.std(offsets) == pytest.approx(0.5, rel=0.05)
 
 
+def test_voltmeters_have_their_own_noise_offset_and_steps(truth, acquisition):
+    keys = {"voltage_noise_v_rthz": 0.01, "voltage_offset_v": 0.5}
+    runs = [electrical_columns(IDEAL.model_copy(update=keys), truth, acquisition, seed) for seed in range(60)]
+    error = np.array([run["vol_main_v"] for run in runs]) - acquisition(truth.voltages_v["main"])
+    gain2 = np.sum(acquisition.decimator.taps**2) * acquisition.rate_in_hz / 2
+    # 60 x 201 rows; 60 offsets: 9 %.
+    assert (error - error.mean(axis=1, keepdims=True)).std() == pytest.approx(0.01 * np.sqrt(gain2), rel=0.05)
+    assert error.mean(axis=1).std() == pytest.approx(0.5, rel=0.3)
+    for run in runs[:2]:
+        np.testing.assert_array_equal(run["cur_pump_a"], acquisition(truth.currents_a["pump"]))
+    coarse = electrical_columns(IDEAL.model_copy(update={"voltage_step_v": 2.0}), truth, acquisition, 1)
+    np.testing.assert_allclose(coarse["vol_main_v"], 28.0, rtol=0, atol=1e-3)  # of 27.96 to 28 V
+
+
 def test_readings_are_whole_steps():
     ramp = np.linspace(-1.0, 1.0, 999)
     reading = measure(ramp, density=0.0, offset=0.0, step=0.25, rate_hz=120.0, rng=np.random.default_rng(1))

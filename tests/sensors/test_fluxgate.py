@@ -87,7 +87,23 @@ def test_columns(make_truth, acquisition):
     parts = [np.stack([out[f"{part}_a_{axis}_nt"] for axis in "xyz"], axis=1) for part in ("earth", "induced")]
     # The instrument is linear: it commutes with the filter.
     np.testing.assert_allclose(flux, reading(WORN, parts[0] + parts[1]), rtol=0, atol=1e-8)
-    assert len(out) == 9
+    error = np.stack([out[f"fluxerror_a_{axis}_nt"] for axis in "xyz"], axis=1)
+    np.testing.assert_allclose(parts[0] + parts[1] + error, flux, rtol=0, atol=1e-9)
+    assert len(out) == 12
+
+
+def test_the_error_is_all_that_differs_from_the_field_in_body_axes(make_truth, acquisition):
+    """Mounting, clock and steps too; none in an ideal instrument."""
+    truth = make_truth(earth=lambda t: (30e3 + 50 * np.sin(t), 10.0, 40e3))
+    out = fluxgate_columns(fluxgate(), truth, acquisition, 3)
+    for axis in "xyz":
+        np.testing.assert_array_equal(out[f"fluxerror_a_{axis}_nt"], 0.0)
+    turned = fluxgate_columns(fluxgate(misalignment_deg=(0.0, 0.0, 90.0)), truth, acquisition, 3)
+    np.testing.assert_allclose(turned["fluxerror_a_x_nt"], 10.0 - out["earth_a_x_nt"], rtol=0, atol=1e-9)
+    coarse = fluxgate_columns(fluxgate(step_nt=0.5, skew_s=0.1), truth, acquisition, 3)
+    late = 50.0 * np.sin(acquisition.time_s - 0.1) - 50.0 * np.sin(acquisition.time_s)
+    np.testing.assert_allclose(coarse["fluxerror_a_x_nt"], late, rtol=0, atol=0.26)
+    np.testing.assert_allclose(coarse["fluxerror_a_x_nt"].std(), late.std(), rtol=0.01)
 
 
 def test_noise_on_each_axis(make_truth, acquisition):

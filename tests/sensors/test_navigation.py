@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from allan import allan, gauss_markov_allan
 
 from magsim import columns
 from magsim.earth import ecef_from_geodetic, rot_ne_at
@@ -82,6 +83,29 @@ def test_drift():
     assert heading.std() == pytest.approx(0.2, rel=0.15)
     covariance = np.mean(roll[:, :-50] * roll[:, 50:])
     assert covariance / roll.var() == pytest.approx(np.exp(-1.0), abs=0.12)
+
+
+def offset_n(ins, rows, seed=1):
+    """Position errors north, east, down [m]."""
+    path = trajectory(rows)
+    out = ins_columns(ins, path, 10.0, seed)
+    said = ecef_from_geodetic(np.radians(out["ins_lat_deg"]), np.radians(out["ins_lon_deg"]), out["ins_alt_m"])
+    true = ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m)
+    return np.einsum("nij,nj->ni", rot_ne_at(path.lat_rad, path.lon_rad), said - true)
+
+
+def test_drift_of_position_and_velocity():
+    """Gauss-Markov by its Allan deviation, each direction by itself."""
+    ins = Ins(position_drift_m=2.0, velocity_drift_mps=0.05, correlation_s=4.0)
+    rows = 100_000
+    place = offset_n(ins, rows)
+    velocity = np.stack([errors_of(ins, 1, rows)[f"ins_v{axis}_mps"] for axis in "ned"], axis=1)
+    for error, sigma in ((place, 2.0), (velocity, 0.05)):
+        for k in range(3):
+            for window in (0.5, 4.0, 20.0):
+                wanted = gauss_markov_allan(sigma, 4.0, window)
+                assert allan(error[:, k], 10.0, window) == pytest.approx(wanted, rel=0.12)  # 500 windows of 20 s: 4 %
+        assert np.abs(np.corrcoef(error.T) - np.eye(3)).max() < 0.12  # 1250 independent values
 
 
 def test_position_errors_are_meters_in_local_axes():

@@ -75,6 +75,15 @@ def test_what_would_fold_back_is_gone(make_truth, acquisition):
         assert np.std(out[name]) < 0.01
 
 
+def test_a_lag_is_that_of_the_instrument_and_not_of_the_truth(make_truth, acquisition):
+    """First order: a ramp is late by the time constant."""
+    truth = make_truth(earth=lambda t: (0.0, 0.0, 50e3 + 3.0 * t))
+    lazy = ScalarSensor(name="cabin", mount="cabin", noise_nt_rthz=0.0, lag_s=0.15)
+    out = scalar_columns(lazy, truth, acquisition, 1)
+    np.testing.assert_allclose(out["error_cabin_nt"][5:], -3.0 * 0.15, rtol=0, atol=1e-3)
+    np.testing.assert_allclose(out["total_cabin_nt"], 50e3 + 3.0 * acquisition.time_s, rtol=0, atol=1e-6)
+
+
 def test_noise_belongs_to_the_name(make_truth, acquisition):
     truth = make_truth(earth=still(0.0, 0.0, 50e3))
     other = ScalarSensor(name="tail", mount="cabin", noise_nt_rthz=0.5)

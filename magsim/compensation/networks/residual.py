@@ -15,11 +15,11 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 import torch
 from pydantic import Field
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import nn
 
 from magsim import columns
-from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate
+from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate, reading_rows
 from magsim.compensation.features import Inputs, Standardizer, design, requirements, spans
 from magsim.compensation.networks.holdout import Watched, blocks, whole
 from magsim.compensation.networks.losses import ResidualLoss, TutoredLoss, band_matrix
@@ -299,7 +299,7 @@ class ResidualNetwork(Compensator):
 
     def _save_more(self, folder: Path) -> None:
         tensors = {name: tensor.contiguous() for name, tensor in self._fitted.module.state_dict().items()}
-        atomic_write(folder / WEIGHTS, lambda path: save_file(tensors, path), force=True)
+        atomic_write(folder / WEIGHTS, lambda path: path.write_bytes(save(tensors)), force=True)
 
     def _load_more(self, folder: Path) -> None:
         try:
@@ -335,7 +335,8 @@ class _Runs:
     ) -> tuple[_Fitted, Outcome]:
         """Fit stage and network on recordings; the best state by the in-band error on the watched ones."""
         owner = self.owner
-        fitted, rest, tutor = self._prepare(recordings)
+        whole, recordings = recordings, reading_rows(recordings, self.sensor)
+        fitted, rest, tutor = self._prepare(whole, recordings)
         inputs = [owner.network_inputs(fitted, recording) for recording in recordings]
         targets = [np.column_stack(pair) for pair in zip(rest, tutor, strict=True)]
         pieces = [
@@ -368,12 +369,17 @@ class _Runs:
         )
         return fitted, outcome
 
-    def _prepare(self, recordings: Sequence[Recording]) -> tuple[_Fitted, list[np.ndarray], list[np.ndarray]]:
-        """Stage, scales and the untrained network; the standardized rest and what Tolles-Lawson says of it."""
+    def _prepare(
+        self, whole: Sequence[Recording], recordings: Sequence[Recording]
+    ) -> tuple[_Fitted, list[np.ndarray], list[np.ndarray]]:
+        """Stage, scales and the untrained network; the standardized rest and what Tolles-Lawson says of it.
+
+        The stage cuts dropouts by itself, as its target asks for; windows must not span them.
+        """
         owner, sensor = self.owner, self.sensor
         truths = [labels(recording, sensor) for recording in recordings]
         fluxgate = pick_fluxgate(recordings, owner.fluxgate)
-        stage = owner.make_stage(fluxgate).fit(recordings, sensor=sensor)
+        stage = owner.make_stage(fluxgate).fit(whole, sensor=sensor)
         first = [stage.interference(recording) for recording in recordings]
         rest = [truth - estimate for truth, estimate in zip(truths, first, strict=True)]
         every = np.concatenate(rest)
@@ -391,7 +397,7 @@ class _Runs:
         fitted = _Fitted(stage, inputs, designs[0].names, standardizer, mean, scale, module)
         said = first
         if owner.tutor > 0.0 and owner.first_stage == "none":
-            tutor = TollesLawson(fluxgate=fluxgate).fit(recordings, sensor=sensor)
+            tutor = TollesLawson(fluxgate=fluxgate).fit(whole, sensor=sensor)
             said = [tutor.interference(recording) for recording in recordings]
         tutors = [(guess - base - mean) / scale for guess, base in zip(said, first, strict=True)]
         return fitted, [(part - mean) / scale for part in rest], tutors
@@ -427,7 +433,7 @@ class _Runs:
                 recording.time_s,
                 owner.network_inputs(fitted, recording),
                 labels(recording, self.sensor) - fitted.stage.interference(recording) - fitted.mean,
-                rows,
+                rows & recording.reads(self.sensor),
             )
             for recording, rows in watched
         ]

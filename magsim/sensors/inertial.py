@@ -1,0 +1,170 @@
+"""Accelerometers and gyros of the INS: specific force and inertial rate at the reference point, in body axes.
+
+``reading = step(scale * true + bias + drift + noise)`` on each axis. Accelerometers do not feel gravity: at rest they
+read 1 g upward. Gyros feel the turning of the Earth: at rest they read 15 degrees an hour about its axis.
+"""
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from magsim import columns
+from magsim.earth import rot_ne_at, transport_rate
+from magsim.earth.gravity import SPIN_RADPS, gravity_n
+from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
+from magsim.scenario import Ins
+from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.noise import white_noise
+from magsim.sensors.timing import instants
+from magsim.signals import gauss_markov
+from magsim.streams import stream
+from magsim.trajectory import Trajectory
+
+LEAST_FACTOR = 3
+"""Fewest samples for each row: what the filter needs."""
+
+LARGEST_MULTIPLE = 8
+"""Most samples for each row of the log that are tried to meet the rows of the recording."""
+
+
+def specific_force(log: Trajectory, path: Trajectory) -> np.ndarray:
+    """What ideal accelerometers at the reference point read.
+
+    Parameters
+    ----------
+    log : Trajectory
+        The motion with all its rows: the derivative of its velocity is the acceleration.
+    path : Trajectory
+        The same motion at the instants that are asked for.
+
+    Returns
+    -------
+    (m, 3) [m/s^2]
+        Body axes: ``a_e + 2 w x v_e - g``, with the acceleration and velocity over the turning Earth and normal gravity
+        (Groves, Principles of GNSS, eq. 5.35).
+    """
+    velocity_e = CubicSpline(log.time_s, rotate_back(rot_ne_at(log.lat_rad, log.lon_rad), log.velocity_n))
+    felt_e = velocity_e(path.time_s, 1) + 2.0 * np.cross([0.0, 0.0, SPIN_RADPS], velocity_e(path.time_s))
+    felt_n = rotate(rot_ne_at(path.lat_rad, path.lon_rad), felt_e) - gravity_n(path.lat_rad, path.alt_m)
+    return rotate_back(rot_nb_from_attitude(path.attitude), felt_n)
+
+
+def inertial_rate(path: Trajectory) -> np.ndarray:
+    """What ideal gyros read: the rate relative to the stars, body axes, (n, 3) [rad/s]."""
+    turning_n = transport_rate(path.lat_rad, path.alt_m, path.velocity_n)
+    turning_n += SPIN_RADPS * np.column_stack([np.cos(path.lat_rad), np.zeros(len(path)), -np.sin(path.lat_rad)])
+    return path.rate_b + rotate_back(rot_nb_from_attitude(path.attitude), turning_n)
+
+
+@dataclass(frozen=True)
+class Triad:
+    """Errors of three accelerometers or three gyros.
+
+    Attributes
+    ----------
+    bias : (x, y, z) [unit]
+    scale_error : (x, y, z)
+        Relative.
+    drift : float [unit]
+        Standard deviation of a Gauss-Markov process.
+    correlation_s : float [s]
+        Of the drift.
+    noise : float [unit/sqrt(Hz)]
+        White, one-sided density.
+    step : float [unit]
+        Least count; 0 for none.
+    """
+
+    bias: tuple[float, float, float]
+    scale_error: tuple[float, float, float]
+    drift: float
+    correlation_s: float
+    noise: float
+    step: float
+
+    def __call__(self, true: np.ndarray, rate_hz: float, name: str, seed: int) -> np.ndarray:
+        """Readings of rows (n, 3) at a rate [Hz]; the name is that of the random streams."""
+        drift = gauss_markov(stream(seed, f"{name}/drift"), true.shape, self.drift, self.correlation_s, rate_hz)
+        noise = white_noise(stream(seed, f"{name}/noise"), true.shape, self.noise, rate_hz)
+        reading = (1.0 + np.array(self.scale_error)) * true + np.array(self.bias) + drift + noise
+        return reading if self.step == 0.0 else self.step * np.round(reading / self.step)
+
+
+def accelerometers(ins: Ins) -> Triad:
+    """Accelerometers of an INS [m/s^2]."""
+    return Triad(
+        ins.acc_bias_mps2,
+        ins.acc_scale_error,
+        ins.acc_drift_mps2,
+        ins.acc_correlation_s,
+        ins.acc_noise_mps2_rthz,
+        ins.acc_step_mps2,
+    )
+
+
+def gyros(ins: Ins) -> Triad:
+    """Gyros of an INS [deg/s]."""
+    return Triad(
+        ins.rate_bias_dps,
+        ins.rate_scale_error,
+        ins.rate_drift_dps,
+        ins.rate_correlation_s,
+        ins.rate_noise_dps_rthz,
+        ins.rate_step_dps,
+    )
+
+
+def samples_of(log: Trajectory, rows: Acquisition) -> tuple[np.ndarray, Acquisition]:
+    """Specific force [m/s^2] and inertial rate [deg/s] at samples, (n, 6), and what makes rows of them.
+
+    The samples are a multiple of the log's rows: at other rates a curve through rows that shake would fold.
+    """
+    ratio = Fraction(log.rate_hz / rows.rate_out_hz).limit_denominator(LARGEST_MULTIPLE)
+    factor = ratio.numerator * math.ceil(LEAST_FACTOR / ratio.numerator)
+    rate_hz = factor * rows.rate_out_hz
+    first, last = math.ceil(log.time_s[0] * rate_hz), math.floor(log.time_s[-1] * rate_hz)
+    time_s = np.arange(first, last + 1) / rate_hz
+    path = log.at(time_s)
+    samples = np.hstack([specific_force(log, path), np.degrees(inertial_rate(path))])
+    return samples, Acquisition.of(time_s, rows.time_s[-1], rate_hz, rows.rate_out_hz)
+
+
+def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) -> dict[str, np.ndarray]:
+    """What the accelerometers and gyros of an INS say, and the truth of it.
+
+    Parameters
+    ----------
+    ins : Ins
+    log : Trajectory
+        The motion of what carries the INS.
+    rows : Acquisition
+        The rows of the recording. Readings and truth pass a filter as that of the magnetometers: what turbulence does
+        faster than the rows must not fold.
+    seed : int
+
+    Returns
+    -------
+    dict of str to (rows,)
+        Specific force [m/s^2] and inertial rate [deg/s], as read and true.
+
+    Raises
+    ------
+    DataError
+        If the clock leads out of the record.
+    """
+    samples, acquisition = samples_of(log, rows)
+    true = acquisition(samples)
+    span = (log.time_s[0] + acquisition.reach_s, log.time_s[-1] - acquisition.reach_s)
+    taken = instants(ins, rows.time_s, "ins", seed, span)
+    felt = true if taken is None else acquisition.at(samples, taken)
+    rate_hz = rows.rate_out_hz
+    vectors = (
+        (columns.INS_ACCELERATION, accelerometers(ins)(felt[:, :3], rate_hz, "ins/acc", seed)),
+        (columns.INS_RATE, gyros(ins)(felt[:, 3:], rate_hz, "ins/rate", seed)),
+        (columns.TRUE_ACCELERATION, true[:, :3]),
+        (columns.TRUE_INERTIAL_RATE, true[:, 3:]),
+    )
+    return {family.name(axis=a): values[:, k] for family, values in vectors for k, a in enumerate(columns.AXES)}
