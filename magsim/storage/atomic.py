@@ -65,11 +65,11 @@ def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = F
     with _reserved(path) as temporary:
         try:
             write(temporary)
-            _sync(temporary)
+            sync(temporary)
             _publish(temporary, path, force=force)
-            _sync(path.parent)
+            sync(path.parent)
         except OSError as error:
-            raise _cannot_write(path, error) from error
+            raise cannot_write(path, error) from error
 
 
 def _refuse_taken(path: Path, *, force: bool) -> None:
@@ -81,7 +81,7 @@ def _refuse_taken(path: Path, *, force: bool) -> None:
             raise RequestError(msg) from None
         return
     except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from None
+        raise cannot_write(path, error) from None
     if S_ISDIR(mode):
         msg = f"cannot write {path}: it is a folder; give the name of a file"
     elif not S_ISREG(mode):
@@ -107,7 +107,7 @@ def _reserved(path: Path) -> Iterator[Path]:
             temporary = folder / path.name
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         except (OSError, ValueError) as error:
-            raise _cannot_write(path, error) from None
+            raise cannot_write(path, error) from None
         yield temporary
     finally:
         if folder is not None:
@@ -192,7 +192,7 @@ def _publish(temporary: Path, path: Path, *, force: bool) -> None:
     temporary.replace(path)
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
     """Bring a file or a folder to the disk, where the system can."""
     try:
         handle = os.open(path, os.O_RDONLY)
@@ -205,6 +205,7 @@ def _sync(path: Path) -> None:
         os.close(handle)
 
 
-def _cannot_write(path: Path, error: Exception) -> RequestError:
+def cannot_write(path: Path, error: Exception) -> RequestError:
+    """The one line that tells why a path cannot be written to."""
     reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
     return RequestError(f"cannot write {path}: {reason}")
