@@ -19,7 +19,7 @@ from magsim.config import Name, Strict
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording, file
 from magsim.recording.windows import Windows
-from magsim.storage import hdf5
+from magsim.storage import hdf5, seal, vetting
 
 MANIFEST = "manifest.json"
 """Name of the file that lists a data set."""
@@ -177,7 +177,7 @@ class Dataset:
             raise RequestError(msg)
         if check:
             self.check()
-        hdf5.vet_many(self.files)
+        vetting.vet_many(self.files)
         self.flights: dict[str, FlightInfo] = {}
         for path in self.files:
             for info in _index(path):
@@ -256,7 +256,7 @@ class Dataset:
         lines = [f"{self.folder / name}: is missing, {MANIFEST} lists it" for name in listed if name not in present]
         lines += [f"{path}: {MANIFEST} does not list it" for name, path in present.items() if name not in listed]
         for name, path in present.items():
-            if name in listed and hdf5.seal_state(path).digest != listed[name].sha256:
+            if name in listed and seal.seal_state(path).digest != listed[name].sha256:
                 lines.append(f"{path}: is not the file that {MANIFEST} lists: its sha256 differs")
         if lines:
             raise DataError("\n".join(lines))
