@@ -1,6 +1,7 @@
 """Data sets from recipe to verdict: the same bytes whoever flies, and every difference found and named."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -336,7 +337,8 @@ def test_too_little_space_is_told_before_anything_is_flown(here, monkeypatch, ca
     monkeypatch.setattr(building.shutil, "disk_usage", lambda _path: shutil._ntuple_diskusage(10, 9, 1000))
     code, _, err = run(capsys, "build", "./tiny", "-o", "other")
     assert code == 2
-    assert err == f"cannot write {here / 'other'}: it needs 0.9 MB, and 0.0 MB are free\n"
+    target = re.escape(str(here / "other"))
+    assert re.fullmatch(rf"cannot write {target}: it needs \d\.\d MB, and 0.0 MB are free\n", err)
 
 
 @pytest.mark.parametrize(
@@ -432,7 +434,7 @@ def test_a_build_that_is_killed_leaves_nothing_half_and_nobody_running(made, her
     os.kill(builder.pid, signal.SIGKILL)
     builder.wait()
     assert not (here / "other").exists()
-    assert [path.name[:7] for path in here.glob(".*")] == [".other."]
+    assert len(list(here.glob(".*.part"))) == 1
     while any(_alive(pid) for pid in workers) and time.monotonic() < until:
         time.sleep(0.05)
     assert not any(_alive(pid) for pid in workers)
