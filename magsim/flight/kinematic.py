@@ -17,6 +17,7 @@ from magsim.aircraft import Aircraft, KinematicFacts
 from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, transport_rate
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import gravity_n
+from magsim.flight.drape import STEP_M, HeightPlan
 from magsim.flight.elements import Element, length_of
 from magsim.flight.guidance import Crossing
 from magsim.flight.outcome import check_height, pattern_notes, segments_of
@@ -117,7 +118,7 @@ def course_of(scenario: Scenario, planned: Plan) -> Course:
     along, course = table[:, 0], table[:, 1]
     heights = planned.heights
     level = scenario.start.alt_m
-    height = np.full(len(along), level) if heights is None else np.array([heights.at(s) for s in along.tolist()])
+    height = np.full(len(along), level) if heights is None else _smooth_heights(heights, along)
     winds = {alt: wind_at(scenario.air, scenario.start, alt, planned.setup.ground_m) for alt in set(height.tolist())}
     over_ground = [ground_speed(speed, c, winds[h]) for c, h in zip(course.tolist(), height.tolist(), strict=True)]
     # time along the path, by the integral of its inverse speed from the path's beginning
@@ -132,6 +133,15 @@ def course_of(scenario: Scenario, planned: Plan) -> Course:
         CubicSpline(along, course),
         CubicSpline(along, height),
     )
+
+
+def _smooth_heights(plan: HeightPlan, along_m: np.ndarray) -> np.ndarray:
+    """Planned heights [m] without the corners that straight lines between the plan's points have; level beyond it.
+
+    A carrier that follows them to the letter would be thrown about by each corner, and its bird with it.
+    """
+    points = plan.first_m + STEP_M * np.arange(len(plan.height_m))
+    return CubicSpline(points, plan.height_m)(np.clip(along_m, points[0], points[-1]))
 
 
 def _moved(curve: CubicSpline, by: float) -> CubicSpline:
@@ -223,6 +233,7 @@ def _motion(
     turned = np.einsum("nij,kj->nik", rot_ne, to_plane[:2])
     winds = np.array([wind_at(scenario.air, start, h, setup.ground_m) for h in height.tolist()])
     wind_n = np.einsum("nik,nk->ni", turned, winds)
+    wind_n[:, 2] = 0.0  # level where it blows, not where the plane touches
     heading = np.array(
         [crab_heading(start.speed_mps, c, tuple(w)) for c, w in zip(course.tolist(), winds.tolist(), strict=True)]
     )
