@@ -91,7 +91,9 @@ def compute_tow_field(
         tell(0.4)
         own = load_response(bird)
         mounts = used_mounts(scenario, "bird")
-        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts)
+        # carrier and bird are logged at rates of their own, which need not end together
+        time_s = above.time_s
+        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts, time_s=time_s)
         below = with_background(below)
         tell(0.6)
         truth = compose(below, bird)
@@ -309,7 +311,9 @@ def steady_background(below: Situation, mount: str) -> np.ndarray:
     places_e = positions_along(path, arm_b[None])[:, 0]
     smooth = smoothed(path, places_e)
     flight = replace(below.flight, carrier=smooth)
-    still = Situation.of(below.scenario, below.magnetics, flight, below.response, below.ground, mounts=())
+    still = Situation.of(
+        below.scenario, below.magnetics, flight, below.response, below.ground, mounts=(), time_s=below.time_s
+    )
     field_b = with_background(still).ambient_b
     return np.sqrt(np.einsum("ni,ni->n", field_b, field_b))
 
