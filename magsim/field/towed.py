@@ -323,7 +323,8 @@ def smoothed(path: Trajectory, places_e: np.ndarray) -> Trajectory:
 
     Of all rows of places the one with the least sum of squared distances and ``l`` times that of squared third
     differences (Whittaker; Eilers, Analytical Chemistry 75 (2003) 3631), with ``l`` such that half of a motion of that
-    frequency is left. It passes parabolas unchanged and has no edges.
+    frequency is left. It passes parabolas unchanged, to its ends; there it follows a part of a swing too: within 10 s
+    some tenths of it, within 30 s some hundredths.
 
     Parameters
     ----------
