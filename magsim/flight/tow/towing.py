@@ -162,16 +162,19 @@ def rope_angles(flown: Swing, hook: Hook) -> dict[str, np.ndarray]:
 
 def _check(flown: Swing, line: Line, tow: Tow, step_hz: int) -> None:
     """Refuse a flight whose rope was slack, whose numbers were lost, or whose steps were too few."""
-    if flown.slack_s is not None and (flown.lost_s is None or flown.slack_s < flown.lost_s):
+    stable = line.stable_tension_n(step_hz)
+    few = flown.lost_s is not None or flown.most_n > stable
+    key = "flight.step_hz" if tow.coupling == "two_way" else "tow.step_hz" if tow.step_hz else ""
+    slack = flown.slack_s is not None and (flown.lost_s is None or flown.slack_s < flown.lost_s)
+    # a rope that its steps cannot bear goes slack on the way
+    if slack and not (key and few):
         msg = (
             f"the rope went slack at t = {flown.slack_s:.1f} s: the hook moved down or turned faster than the bird "
             f"falls; allowed: gentler maneuvers and gusts, less bank, or a heavier bird than {line.body.mass_kg:g} kg"
         )
         raise DataError(msg)
-    stable = line.stable_tension_n(step_hz)
-    if flown.lost_s is None and flown.most_n <= stable:
+    if not few:
         return
-    key = "flight.step_hz" if tow.coupling == "two_way" else "tow.step_hz" if tow.step_hz else ""
     if key:
         what = f"was lost at t = {flown.lost_s:.1f} s" if flown.lost_s is not None else f"took {flown.most_n:.0f} N"
         msg = (
