@@ -168,6 +168,81 @@ def test_controls():
         Flight(path, 10.0, 120.0, {"rudder": np.zeros(3)}, (), ())
 
 
+def towing():
+    """A flight at 30 rows a second with a bird at 20, each with something of every kind."""
+    path, below = trajectory(), trajectory(20.0, -1.95, 19.0)
+    time = path.time_s
+    alone = Flight(
+        path,
+        10.0,
+        120.0,
+        {"rudder": 0.1 * time},
+        (Segment(1, 1, False, 0.0, 0.0, 8.0, 600.0),),
+        (),
+        notes={"log_hz": 30},
+        wind_n=np.column_stack([time, 2.0 * time, 0.0 * time]),
+        switches={"autopilot": np.sign(time)},
+        rotors={"propeller": 100.0 + time},
+    )
+    rope = {"trail_rad": np.sin(below.time_s), "side_rad": 0.1 * below.time_s, "tension_n": 800.0 + below.time_s**2}
+    return alone, alone.with_bird(below, rope, {"tow": {"rope_m": 30.0}})
+
+
+def test_a_flight_gets_a_bird():
+    alone, towed = towing()
+    assert alone.instruments is alone.carrier
+    assert alone.rope_at(np.array([1e9])) == {}
+    assert towed.instruments is towed.bird
+    assert towed.carrier is alone.carrier
+    assert towed.notes == {"log_hz": 30, "tow": {"rope_m": 30.0}}
+    at = np.linspace(-1.9, 18.9, 301)
+    rope = towed.rope_at(at)
+    assert list(rope) == ["trail_rad", "side_rad", "tension_n"]
+    np.testing.assert_allclose(rope["trail_rad"], np.sin(at), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(rope["tension_n"], 800.0 + at**2, rtol=1e-12)
+    with pytest.raises(ValueError, match="read-only"):
+        rope["trail_rad"][0] = 0.0
+    # The bird's log ends before that of the carrier.
+    with pytest.raises(ValueError, match=r"leave the logged -1\.95\.\.19\.0 s"):
+        towed.rope_at(np.array([19.5]))
+    with pytest.raises(ValueError, match=r"rope 'trail_rad' has shape \(661,\), expected \(420,\)"):
+        alone.with_bird(towed.bird, {"trail_rad": alone.carrier.time_s}, {})
+
+
+def test_a_bird_flies_by_itself():
+    alone, towed = towing()
+    with pytest.raises(ValueError, match="the flight has no bird"):
+        alone.of_bird()
+    own = towed.of_bird()
+    assert own.carrier is towed.bird
+    assert own.bird is None
+    assert own.wind_n is None
+    assert (own.controls, own.switches, own.rotors, own.rope) == ({}, {}, {}, {})
+    assert (own.duration_s, own.simulation_rate_hz, own.segments) == (10.0, 120.0, towed.segments)
+    assert own.wind_at(np.array([0.0])) is None
+
+
+def test_a_flight_can_begin_later():
+    _, towed = towing()
+    later = towed.since(-1.0)
+    assert later.carrier.time_s[0] == pytest.approx(-1.0)
+    assert later.bird.time_s[0] == pytest.approx(-1.0)
+    assert (later.carrier.time_s[-1], later.bird.time_s[-1]) == (20.0, 19.0)
+    first = len(towed.carrier) - len(later.carrier)
+    for kind, name in (("controls", "rudder"), ("switches", "autopilot"), ("rotors", "propeller")):
+        np.testing.assert_array_equal(getattr(later, kind)[name], getattr(towed, kind)[name][first:])
+    np.testing.assert_array_equal(later.wind_n, towed.wind_n[first:])
+    np.testing.assert_array_equal(later.rope["side_rad"], 0.1 * later.bird.time_s)
+    for whole, cut in ((towed.carrier, later.carrier), (towed.bird, later.bird)):
+        rows = slice(len(whole) - len(cut), None)
+        for name in ("lat_rad", "lon_rad", "alt_m", "velocity_n", "attitude", "rate_b"):
+            np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name)[rows])
+        np.testing.assert_array_equal(cut.reference_b, whole.reference_b)
+    # A row at the very time stays, whatever the rounding; without a bird there is none.
+    assert len(towed.since(towed.carrier.time_s[7] + 1e-10).carrier) == len(towed.carrier) - 7
+    assert towing()[0].since(0.0).bird is None
+
+
 def maneuver(axis, start, cycles=2, period=2.0, stop=None):
     stop = start + cycles * period if stop is None else stop
     return ManeuverFlown(axis, 1, 1, start, stop, period, cycles, 5.0, 5.0, 0.0, (0.0, 0.0))

@@ -102,6 +102,6 @@ class KinematicFacts(Strict):
             If a load is asked.
         """
         if payload_kg is not None or fuel_kg is not None or payload_aft_m:
-            msg = f"{self.title} is kinematic, its motion knows no load; allowed: no table [loading]"
+            msg = "no load changes the motion of a kinematic carrier; allowed: no table [loading]"
             raise ValueError(msg)
         return self

@@ -23,9 +23,10 @@ def used_mounts(scenario: Scenario, body: str = "carrier") -> tuple[str, ...]:
 
 
 def simulation_times(flight: Flight) -> np.ndarray:
-    """Sample times inside the logged span at the simulation rate, (n,) [s]; 0 is one of them."""
-    rate, logged = flight.simulation_rate_hz, flight.carrier.time_s
-    first, last = np.ceil(logged[0] * rate - 1e-6), np.floor(logged[-1] * rate + 1e-6)
+    """Sample times inside the logged span of all bodies at the simulation rate, (n,) [s]; 0 is one of them."""
+    rate, logs = flight.simulation_rate_hz, [path.time_s for path in (flight.carrier, flight.bird) if path is not None]
+    start, stop = max(log[0] for log in logs), min(log[-1] for log in logs)
+    first, last = np.ceil(start * rate - 1e-6), np.floor(stop * rate + 1e-6)
     return np.arange(int(first), int(last) + 1) / rate
 
 
@@ -74,9 +75,13 @@ class Situation:
         ground: Ground | None = None,
         *,
         mounts: tuple[str, ...] | None = None,
+        time_s: np.ndarray | None = None,
     ) -> "Situation":
-        """The situation of a flight, without background; at the mounts of the carrier's sensors if none are told."""
-        time_s = simulation_times(flight)
+        """The situation of a flight, without background.
+
+        At the mounts of the carrier's sensors and at the times of the flight where others are not told.
+        """
+        time_s = simulation_times(flight) if time_s is None else time_s
         mounts, motion = used_mounts(scenario) if mounts is None else mounts, flight.carrier.at(time_s)
         return cls(scenario, magnetics, flight, response, ground, mounts, time_s, motion, {})
 

@@ -91,7 +91,9 @@ def compute_tow_field(
         tell(0.4)
         own = load_response(bird)
         mounts = used_mounts(scenario, "bird")
-        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts)
+        # carrier and bird are logged at rates of their own, which need not end together
+        time_s = above.time_s
+        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts, time_s=time_s)
         below = with_background(below)
         tell(0.6)
         truth = compose(below, bird)
@@ -309,7 +311,9 @@ def steady_background(below: Situation, mount: str) -> np.ndarray:
     places_e = positions_along(path, arm_b[None])[:, 0]
     smooth = smoothed(path, places_e)
     flight = replace(below.flight, carrier=smooth)
-    still = Situation.of(below.scenario, below.magnetics, flight, below.response, below.ground, mounts=())
+    still = Situation.of(
+        below.scenario, below.magnetics, flight, below.response, below.ground, mounts=(), time_s=below.time_s
+    )
     field_b = with_background(still).ambient_b
     return np.sqrt(np.einsum("ni,ni->n", field_b, field_b))
 
@@ -319,7 +323,8 @@ def smoothed(path: Trajectory, places_e: np.ndarray) -> Trajectory:
 
     Of all rows of places the one with the least sum of squared distances and ``l`` times that of squared third
     differences (Whittaker; Eilers, Analytical Chemistry 75 (2003) 3631), with ``l`` such that half of a motion of that
-    frequency is left. It passes parabolas unchanged and has no edges.
+    frequency is left. It passes parabolas unchanged, to its ends; there it follows a part of a swing too: within 10 s
+    some tenths of it, within 30 s some hundredths.
 
     Parameters
     ----------

@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import signal
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, make_interp_spline
 
 from magsim.aircraft import Aircraft, KinematicFacts
 from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, transport_rate
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import gravity_n
+from magsim.flight.drape import STEP_M, HeightPlan
 from magsim.flight.elements import Element, length_of
 from magsim.flight.guidance import Crossing
 from magsim.flight.outcome import check_height, pattern_notes, segments_of
@@ -35,6 +36,13 @@ SPACING_M = 1.0
 
 SWAY_HZ = 10.0
 """Sway is drawn on a grid of its own."""
+
+MOTION_HZ = 30.0
+"""Place and attitude are curves through points of a grid of their own: a denser log must not be a rougher flight.
+
+The attitude follows from second derivatives of the place, and what a hook under the belly feels from second derivatives
+of the attitude: on a grid much denser than this they are the rounding of numbers.
+"""
 
 
 class Course(NamedTuple):
@@ -83,8 +91,7 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     before_s = MARGIN_S + (scenario.tow.settle_s if scenario.tow else 0.0)
     grid = np.arange(-round(before_s * log_hz), math.floor((end_s + MARGIN_S) * log_hz) + 1) / log_hz
     spreads = sway_spreads(scenario, facts)
-    offsets = sway(grid, spreads, facts.sway.band.value, scenario.seed)
-    carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, sway_m=offsets)
+    carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, spreads_m=spreads)
     crossings = [Crossing(i, time) for i, time in enumerate(crossed[:-1])]
     segments = segments_of(crossings, planned.path, 0.0, end_s, carrier)
     flight = Flight(
@@ -117,7 +124,7 @@ def course_of(scenario: Scenario, planned: Plan) -> Course:
     along, course = table[:, 0], table[:, 1]
     heights = planned.heights
     level = scenario.start.alt_m
-    height = np.full(len(along), level) if heights is None else np.array([heights.at(s) for s in along.tolist()])
+    height = np.full(len(along), level) if heights is None else _smooth_heights(heights, along)
     winds = {alt: wind_at(scenario.air, scenario.start, alt, planned.setup.ground_m) for alt in set(height.tolist())}
     over_ground = [ground_speed(speed, c, winds[h]) for c, h in zip(course.tolist(), height.tolist(), strict=True)]
     # time along the path, by the integral of its inverse speed from the path's beginning
@@ -132,6 +139,15 @@ def course_of(scenario: Scenario, planned: Plan) -> Course:
         CubicSpline(along, course),
         CubicSpline(along, height),
     )
+
+
+def _smooth_heights(plan: HeightPlan, along_m: np.ndarray) -> np.ndarray:
+    """Planned heights [m] without the corners that straight lines between the plan's points have; level beyond it.
+
+    A carrier that follows them to the letter would be thrown about by each corner, and its bird with it.
+    """
+    points = plan.first_m + STEP_M * np.arange(len(plan.height_m))
+    return CubicSpline(points, plan.height_m)(np.clip(along_m, points[0], points[-1]))
 
 
 def _moved(curve: CubicSpline, by: float) -> CubicSpline:
@@ -194,7 +210,8 @@ def sway(time_s: np.ndarray, spreads_m: tuple[float, float], band_hz: tuple[floa
     for k, name in enumerate(("lateral", "vertical")):
         noise = stream(seed, f"carrier/sway/{name}").standard_normal(len(knots))
         moved = signal.sosfiltfilt(sos, noise, padtype=None) * (spreads_m[k] / math.sqrt(power))
-        out[:, k] = CubicSpline(knots, moved)(time_s)
+        # of fifth degree: the bank follows its second derivative, and the hook the second derivative of that
+        out[:, k] = make_interp_spline(knots, moved, k=5)(time_s)
     return out
 
 
@@ -205,36 +222,62 @@ def _motion(
     way: Course,
     *,
     time_s: np.ndarray,
-    sway_m: np.ndarray,
+    spreads_m: tuple[float, float],
 ) -> tuple[Trajectory, np.ndarray]:
     """Trajectory of the center of gravity and the wind at its rows."""
-    along = way.along_m(time_s)
+    first, last = math.floor(time_s[0] - 1.0), math.ceil(time_s[-1] + 1.0)
+    points_s = np.arange(round(first * MOTION_HZ), round(last * MOTION_HZ) + 1) / MOTION_HZ
+    sway_m = sway(points_s, spreads_m, facts.sway.band.value, scenario.seed)
+    along = way.along_m(points_s)
     course, height = way.course(along), way.height_m(along)
     sin, cos = np.sin(course), np.cos(course)
-    setup, start = planned.setup, scenario.start
     plane = TangentPlane(planned.plane.lat_rad, planned.plane.lon_rad, planned.plane.alt_m)
     lat, lon = plane.geodetic(way.north_m(along) - sway_m[:, 0] * sin, way.east_m(along) + sway_m[:, 0] * cos)
-    curve = CubicSpline(time_s, ecef_from_geodetic(lat, lon, height - sway_m[:, 1]))
+    curve = CubicSpline(points_s, ecef_from_geodetic(lat, lon, height - sway_m[:, 1]))
+    turning = _turning(scenario, facts, planned, way, points_s=points_s, curve=curve)
     lat, lon, alt = geodetic_from_ecef(curve(time_s))
-    lon, rot_ne = np.unwrap(lon), rot_ne_at(lat, lon)
-    velocity_n, acceleration_n = rotate(rot_ne, curve(time_s, 1)), rotate(rot_ne, curve(time_s, 2))
-    # north of the plane as seen at each place: none at its origin, much near a pole
-    to_plane = rot_ne_at(plane.lat_rad, plane.lon_rad)
-    turned = np.einsum("nij,kj->nik", rot_ne, to_plane[:2])
-    winds = np.array([wind_at(scenario.air, start, h, setup.ground_m) for h in height.tolist()])
-    wind_n = np.einsum("nik,nk->ni", turned, winds)
-    heading = np.array(
-        [crab_heading(start.speed_mps, c, tuple(w)) for c, w in zip(course.tolist(), winds.tolist(), strict=True)]
-    )
-    forward_n = np.einsum("nik,nk->ni", turned, np.column_stack([np.cos(heading), np.sin(heading)]))
-    forward_n[:, 2] = 0.0
-    forward_n /= np.sqrt(np.einsum("ni,ni->n", forward_n, forward_n))[:, None]
-    attitude = _attitude(facts, start.speed_mps, alt, acceleration_n, gravity_n(lat, alt)[:, 2], forward_n=forward_n)
-    turning = Turning(time_s, lat, lon, attitude)
+    lon = np.unwrap(lon)
+    velocity_n = rotate(rot_ne_at(lat, lon), curve(time_s, 1))
     attitude, rate_eb_b = turning.at(time_s, lat, lon)
     rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
     carrier = Trajectory(time_s, lat, lon, alt, velocity_n, attitude, rate_b, np.array(facts.cg_b))
+    turned = _north_of_plane(planned, lat, lon)
+    wind_n = np.einsum("nik,nk->ni", turned, _winds(scenario, planned, way.height_m(way.along_m(time_s))))
+    wind_n[:, 2] = 0.0  # level where it blows, not where the plane touches
     return carrier, wind_n
+
+
+def _north_of_plane(planned: Plan, lat: np.ndarray, lon: np.ndarray) -> np.ndarray:
+    """From north and east of the plane to local axes, (n, 3, 2): they are the same at its origin, not near a pole."""
+    plane = rot_ne_at(planned.plane.lat_rad, planned.plane.lon_rad)
+    return np.einsum("nij,kj->nik", rot_ne_at(lat, lon), plane[:2])
+
+
+def _winds(scenario: Scenario, planned: Plan, height_m: np.ndarray) -> np.ndarray:
+    """Wind in the plane at heights, (n, 2) [m/s]."""
+    ground = planned.setup.ground_m
+    return np.array([wind_at(scenario.air, scenario.start, height, ground) for height in height_m.tolist()])
+
+
+def _turning(
+    scenario: Scenario, facts: KinematicFacts, planned: Plan, way: Course, *, points_s: np.ndarray, curve: CubicSpline
+) -> Turning:
+    """Attitude along a curve of places through points in time."""
+    lat, lon, alt = geodetic_from_ecef(curve(points_s))
+    lon = np.unwrap(lon)
+    along = way.along_m(points_s)
+    winds = _winds(scenario, planned, way.height_m(along))
+    speed = scenario.start.speed_mps
+    heading = np.array(
+        [crab_heading(speed, c, tuple(w)) for c, w in zip(way.course(along).tolist(), winds.tolist(), strict=True)]
+    )
+    turned = _north_of_plane(planned, lat, lon)
+    forward_n = np.einsum("nik,nk->ni", turned, np.column_stack([np.cos(heading), np.sin(heading)]))
+    forward_n[:, 2] = 0.0
+    forward_n /= np.sqrt(np.einsum("ni,ni->n", forward_n, forward_n))[:, None]
+    acceleration_n = rotate(rot_ne_at(lat, lon), curve(points_s, 2))
+    attitude = _attitude(facts, speed, alt, acceleration_n, gravity_n(lat, alt)[:, 2], forward_n=forward_n)
+    return Turning(points_s, lat, lon, attitude)
 
 
 def _attitude(

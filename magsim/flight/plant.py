@@ -391,7 +391,7 @@ class Plant:
         """Pull on the hook in the next step."""
         if not math.isfinite(sum(force_n)):
             self.row = [read() for read in self._readers]
-            trouble = "lost the swing of its bird"
+            trouble = "lost the swing of its bird (allowed: a larger flight.step_hz, fewer links, a heavier rope)"
             raise FlightTroubleError(trouble, self.row, self.time_s)
         for write, force in zip(self._pulls, force_n, strict=True):
             write(force / LBF)

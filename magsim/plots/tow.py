@@ -114,7 +114,11 @@ def _spectrum(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -
     axes.axvspan(0.1, 0.6, color="#eef1f4", lw=0, zorder=0)
     axes.set_title("angles on the legs; compensation band shaded", fontsize=10, color=INK, loc="left")
     dress(axes, "deg / sqrt(Hz)", xlabel="frequency [Hz]")
-    axes.legend(fontsize=8, frameon=False)
+    if axes.lines:
+        axes.legend(fontsize=8, frameon=False)
+    else:
+        why = f"no leg of {SPECTRUM_S / 2.0:.0f} s"
+        axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", fontsize=9, color=INK)
 
 
 def _from_above(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -> None:

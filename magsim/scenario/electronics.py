@@ -7,7 +7,7 @@ from pydantic import Field, ValidationError, ValidationInfo, create_model, model
 from magsim.aircraft.magnetics import LOADS, Circuit
 from magsim.config import Name, Problems, Strict
 from magsim.config.wording import complaints
-from magsim.scenario.base import Part, aircraft_of
+from magsim.scenario.base import Part, aircraft_of, bird_of
 
 
 def _parameters() -> dict[str, Any]:
@@ -41,7 +41,9 @@ CircuitSetting = create_model("CircuitSetting", __base__=_Setting, __doc__=_Sett
 class Electronics(Part):
     """Currents in the wiring."""
 
-    circuits: dict[Name, CircuitSetting] = Field(default={}, description="by the names of the aircraft's circuits")
+    circuits: dict[Name, CircuitSetting] = Field(
+        default={}, description="by the names of the circuits of the aircraft, and of the bird that it tows"
+    )
 
     @property
     def off(self) -> frozenset[str]:
@@ -59,12 +61,17 @@ class Electronics(Part):
 
     @model_validator(mode="after")
     def _fits_the_aircraft(self, info: ValidationInfo) -> "Electronics":
-        aircraft = aircraft_of(info)
+        aircraft, bird = aircraft_of(info), bird_of(info)
         if aircraft:
+            # a circuit of either: their names differ, see magsim.scenario.tow
+            circuits = aircraft.magnetics.circuits + (() if bird is None else bird.magnetics.circuits)
+            unknown = f"{aircraft.name} has no such circuit"
+            if bird is not None:
+                unknown = f"neither {aircraft.name} nor {bird.name} has such a circuit"
             found = [
                 problem
                 for name, setting in self.circuits.items()
-                for problem in _problems(name, setting, aircraft.name, aircraft.magnetics.circuits)
+                for problem in _problems(name, setting, unknown, circuits)
             ]
             if found:
                 raise Problems(*found)
@@ -76,11 +83,11 @@ def _changed(circuit: Circuit, setting: _Setting) -> Strict:
     return type(load).model_validate(load.model_dump() | setting.given)
 
 
-def _problems(name: str, setting: _Setting, aircraft: str, circuits: tuple[Circuit, ...]) -> list[tuple[str, str]]:
+def _problems(name: str, setting: _Setting, unknown: str, circuits: tuple[Circuit, ...]) -> list[tuple[str, str]]:
     """What does not fit: the circuit's name, keys that its load does not have, values beyond their limits."""
     by_name = {circuit.name: circuit for circuit in circuits}
     if name not in by_name:
-        return [(f"circuits.{name}", f"{aircraft} has no such circuit; allowed: {', '.join(by_name) or 'none'}")]
+        return [(f"circuits.{name}", f"{unknown}; allowed: {', '.join(by_name) or 'none'}")]
     load = by_name[name].load
     known = [key for key, info in type(load).model_fields.items() if info.annotation is float]
     strange = [key for key in setting.given if key not in known]

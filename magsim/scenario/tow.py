@@ -90,7 +90,7 @@ class Tow(Strict):
     def _hook_is_known(cls, value: Vector | None, info: ValidationInfo) -> Vector | None:
         aircraft = aircraft_of(info)
         if value is None and aircraft and aircraft.facts.hook_b is None:
-            msg = f"the file of {aircraft.name} names no hook; allowed: hook_m, a place in its axes"
+            msg = f"the file of {aircraft.name} names no hook; allowed: hook_m = [x, y, z], a place in its axes in m"
             raise ValueError(msg)
         return value
 

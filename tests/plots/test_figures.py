@@ -11,7 +11,7 @@ from magsim.recording import Recording
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-@pytest.mark.parametrize("kind", [kind for kind in plots.KINDS if kind != "electronics"])
+@pytest.mark.parametrize("kind", [kind for kind in plots.KINDS if kind not in {"electronics", "tow"}])
 def test_every_kind_is_drawn_and_written_whole(kind, calibration, tmp_path):
     target = tmp_path / f"{kind}.png"
     plots.save(plots.KINDS[kind](calibration, None), target)
@@ -74,6 +74,54 @@ def test_electronics_draws_what_changes(calibration, tmp_path):
     np.testing.assert_array_equal(figure.axes[0].lines[0].get_ydata(), pump)
     plots.save(figure, tmp_path / "electronics.png")
     plots.save(plots.plot_electronics(loaded.blind()), tmp_path / "blind.png")
+
+
+def swinging(seconds: float) -> Recording:
+    """A bird that swings aside with 0.09 Hz and yaws with 0.4 Hz behind a carrier that flies north; a turn ends it."""
+    time = np.arange(round(10.0 * seconds)) / 10.0
+    side, yaw = 5.0 * np.sin(2.0 * np.pi * 0.09 * time), 2.0 * np.sin(2.0 * np.pi * 0.4 * time)
+    data = {
+        "mag_bird_nt": 53_000.0 + 0.1 * side,
+        "ins_roll_deg": side,
+        "clean_bird_nt": np.full(len(time), 53_000.0),
+        "swing_bird_nt": 0.1 * side,
+        "true_roll_deg": side,
+        "true_pitch_deg": np.full(len(time), 15.0),
+        "true_heading_deg": (359.0 + yaw) % 360.0,
+        "true_alt_m": np.full(len(time), 1220.0),
+        "true_carrier_heading_deg": np.full(len(time), 0.5),
+        "true_carrier_alt_m": np.full(len(time), 1250.0),
+        "true_rope_trail_deg": np.full(len(time), 9.0),
+        "true_rope_side_deg": side,
+        "true_rope_tension_n": np.full(len(time), 750.0),
+        "turn": (time > 0.9 * seconds).astype(float),
+    }
+    return Recording("swings", time, data)
+
+
+def test_a_tow_is_drawn_as_it_swings(tmp_path):
+    recording = swinging(400.0)
+    figure = plots.plot_tow(recording)
+    *_, spectrum, above = figure.axes
+    yaw = next(line for axes in figure.axes for line in axes.lines if line.get_label() == "bird, yaw")
+    # 359 degrees and a half degree are 1.5 degrees apart, over north.
+    assert yaw.get_ydata().min() == pytest.approx(-3.5, abs=0.05)
+    assert yaw.get_ydata().max() == pytest.approx(0.5, abs=0.05)
+    peaks = {line.get_label(): line.get_xdata()[np.argmax(line.get_ydata())] for line in spectrum.lines}
+    assert peaks["rope, side"] == peaks["bird, roll"] == pytest.approx(0.09, abs=0.006)
+    assert peaks["bird, yaw"] == pytest.approx(0.4, abs=0.006)
+    legs = next(line for line in above.lines if line.get_label() == "legs")
+    assert len(legs.get_xdata()) == 3601
+    assert legs.get_xdata().max() == pytest.approx(np.tan(np.radians(5.0)), rel=1e-3)
+    np.testing.assert_allclose(legs.get_ydata(), -np.tan(np.radians(9.0)))
+    plots.save(figure, tmp_path / "tow.png")
+    short = plots.plot_tow(swinging(40.0)).axes[-2]
+    assert [text.get_text() for text in short.texts] == ["no leg of 50 s"]
+
+
+def test_a_tow_needs_a_rope(calibration):
+    with pytest.raises(RequestError, match=r"has no rope; this figure needs a simulated tow with its truth"):
+        plots.plot_tow(calibration)
 
 
 def test_only_png_and_svg_are_written(calibration, tmp_path):
