@@ -54,6 +54,10 @@ def expected_columns() -> dict[str, str]:
     out |= dict.fromkeys([f"cur_{name}_a" for name in circuits], "input")
     out |= dict.fromkeys([f"vol_{bus.name}_v" for bus in (*carrier.buses, *bird.buses)], "input")
     out |= {"radar_alt_m": "input"}
+    for axis in "xyz":
+        out |= {f"ins_acc_{axis}_mps2": "input", f"ins_rate_{axis}_dps": "input"}
+        out |= {f"true_acc_{axis}_mps2": "truth", f"true_inertial_rate_{axis}_dps": "truth"}
+        out |= dict.fromkeys([f"fluxerror_{name}_{axis}_nt" for name in ("flux", "cabin")], "truth")
     out |= dict.fromkeys([f"{kind}_{name}_nt" for kind in ("interference", "projection") for name in SCALARS], "label")
     out |= dict.fromkeys([f"{kind}_{name}_nt" for kind in ("clean", "total", "error") for name in SCALARS], "truth")
     out |= dict.fromkeys(["swing_below_nt", "swing_boom_nt"], "truth")
@@ -74,6 +78,7 @@ def test_columns_are_complete_with_roles_and_units(tow: Recording) -> None:
     assert set(tow.data) == set(expected)
     assert {name: columns.role_of(name) for name in tow.data} == expected
     units = {"nt": "nT", "deg": "deg", "mps": "m/s", "m": "m", "dps": "deg/s", "a": "A", "v": "V", "n": "N"}
+    units["mps2"] = "m/s^2"
     for name in tow.data:
         if expected[name] != "segment":
             assert columns.find(name).unit == units[name.rpartition("_")[2]], name

@@ -1,15 +1,12 @@
 """What is told when a tow cannot be: mistakes of the scenario, and what only the flight finds."""
 
-import math
 import re
 from pathlib import Path
 
 import pytest
 
 from magsim import cli
-from magsim.earth.atmosphere import standard_density
 from magsim.errors import DataError, RequestError
-from magsim.flight.tow.setup import equilibrium
 from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from tests.towed import TEXT
@@ -140,7 +137,7 @@ mount = "sgl_mag_1"
     [
         (
             CESSNA.replace("speed_mps = 60.0", "speed_mps = 85.0") + END,
-            "s.toml:16: tow.bird: bird is not modeled at start.speed_mps = 85; allowed: 8 to 80",
+            "s.toml:16: tow.bird: bird is not modeled at start.speed_mps = 85; allowed: 12 to 80",
         ),
         (
             CESSNA + 'coupling = "two_way"\nstep_hz = 240\n' + END,
@@ -151,7 +148,7 @@ mount = "sgl_mag_1"
             CESSNA + PITCHING.replace("[2.0, 4.0]", "4.0") + END,
             (
                 "s.toml:16: tow.bird: pitch maneuvers of 4 deg in 5 s swing the hook by 0.54 g at 60 m/s and whip the "
-                "rope; allowed: 0.5 g, up to 3.7 deg in 5 s, or a period of at least 5.4 s"
+                "rope; allowed: 0.35 g, up to 2.6 deg in 5 s, or a period of at least 7.7 s"
             ),
         ),
         (
@@ -231,30 +228,6 @@ def test_failures_are_plain_lines_and_leave_nothing(
     assert said.out == ""
     assert [path.name for path in here.iterdir()] == ["s.toml"]
     assert Path("s.toml").read_text() == TEXT
-
-
-def test_what_is_named_as_allowed_hangs(here: Path) -> None:
-    """The least mass and the highest speed of a message, and what is a little beyond them."""
-    tows = {
-        mass: load_scenario("s.toml", [f"tow.body={{mass_kg={mass}, drag_area_m2=2.0}}"]) for mass in (20, 46, 46.1)
-    }
-    density = float(standard_density(1250.0))
-
-    def said(mass: float, speed_mps: float) -> str:
-        loaded = tows[mass]
-        try:
-            found = equilibrium(loaded.scenario.tow, loaded.bird, speed_mps, density)
-        except RequestError as error:
-            return str(error)
-        return f"{math.degrees(found.trail):.1f}"
-
-    for speed in (28.0, 28.01):
-        assert "at least 46.1 kg" in said(20, speed)
-        assert "too light" in said(46, speed)
-        assert 69.5 < float(said(46.1, speed)) <= 70.0
-    assert "up to 18.8 m/s" in said(20, 28.0)
-    assert 69.5 < float(said(20, 18.8)) <= 70.0
-    assert "too light" in said(20, 18.9)
 
 
 def test_a_long_rope_reaches_into_the_ground(here: Path) -> None:

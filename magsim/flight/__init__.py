@@ -85,7 +85,7 @@ def fly(
         msg = f"tow.bird: {scenario.tow.bird} is read by load_scenario only"
         raise RequestError(msg)
     tell = (lambda _share: None) if progress is None else progress
-    # the equations are compiled: a second that flights without a bird need not wait
+    # the equations are compiled: seconds that flights without a bird need not wait
     from magsim.flight.tow.setup import equilibrium
     from magsim.flight.tow.towing import tow_bird
 

@@ -208,7 +208,9 @@ def sway(time_s: np.ndarray, spreads_m: tuple[float, float], band_hz: tuple[floa
     power = float(np.mean(np.abs(gain[frequency <= SWAY_HZ / 2.0]) ** 4))
     out = np.empty((len(time_s), 2))
     for k, name in enumerate(("lateral", "vertical")):
-        noise = stream(seed, f"carrier/sway/{name}").standard_normal(len(knots))
+        # what was before time 0 has numbers of its own: a longer run-in is not another flight
+        before, after = (stream(seed, f"carrier/sway/{name}/{side}") for side in ("before", "after"))
+        noise = np.concatenate([before.standard_normal(max(0, -first))[::-1], after.standard_normal(max(0, last + 1))])
         moved = signal.sosfiltfilt(sos, noise, padtype=None) * (spreads_m[k] / math.sqrt(power))
         # of fifth degree: the bank follows its second derivative, and the hook the second derivative of that
         out[:, k] = make_interp_spline(knots, moved, k=5)(time_s)

@@ -85,6 +85,13 @@ class Hook:
         """Velocity over ground along Earth-fixed axes, (n, 3) [m/s]."""
         return self._place(time_s, 1)
 
+    def calm(self, time_s: float) -> np.ndarray:
+        """What acts on a line at a time while nothing shakes the hook, (10,): gravity itself, no gust at the body."""
+        out = self.air(np.array([time_s]))[0]
+        out[:3] = self._gravity(time_s)
+        out[6:9] = out[3:6]
+        return out
+
     def air(self, time_s: np.ndarray) -> np.ndarray:
         """What acts on a line at given times, (n, 10): see ``chain``."""
         velocity = self._place(time_s, 1)

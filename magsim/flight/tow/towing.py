@@ -72,7 +72,7 @@ def tow_bird(
     tow = scenario.tow
     assert tow is not None
     hook = hook_under(flight.carrier, scenario, aircraft, flight.wind_n)
-    first = hook.air(flight.carrier.time_s[:1])[0]
+    first = hook.calm(float(flight.carrier.time_s[0]))
     found = equilibrium(tow, bird, float(np.linalg.norm(first[3:6])), float(first[9]))
     line, step_hz = line_of(tow, bird), scenario.flight.step_hz
     if flown is None:
@@ -107,7 +107,7 @@ def swing_under(
     start_s, last_s = float(carrier.time_s[0]), float(carrier.time_s[-1])
     least_n = MARGIN * float(found.tension_n.max())
     fitting = [rate for rate in STEPS_HZ if line.stable_tension_n(rate) >= least_n] or STEPS_HZ[-1:]
-    state = hanging(line, found, hook.air(carrier.time_s[:1])[0])
+    state = hanging(line, found, hook.calm(start_s))
     for step_hz in fitting if asked_hz is None else (asked_hz,):
         flown = swing(
             [line],
