@@ -86,9 +86,9 @@ class Hook:
         return self._place(time_s, 1)
 
     def calm(self, time_s: float) -> np.ndarray:
-        """What acts on a line at a time while nothing shakes the hook, (10,): gravity itself, no gust at the body."""
+        """What acts on a line at a time if nothing shakes the hook, (10,): no acceleration, no gust at the body."""
         out = self.air(np.array([time_s]))[0]
-        out[:3] = self._gravity(time_s)
+        out[:3] += self._place(time_s, 2)
         out[6:9] = out[3:6]
         return out
 
