@@ -17,6 +17,7 @@ from pydantic import Field, ValidationError
 from magsim import columns
 from magsim.config import Name, Strict
 from magsim.errors import DataError, RequestError
+from magsim.files import first_bytes
 from magsim.recording import Recording, file
 from magsim.recording.windows import Windows
 from magsim.storage import hdf5, seal, vetting
@@ -85,15 +86,7 @@ def read_bounded(path: Path) -> bytes:
     DataError
         If it is too large to be one.
     """
-    try:
-        with path.open("rb") as opened:
-            data = opened.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        msg = f"{path}: there is no such file"
-        raise RequestError(msg) from None
-    except (OSError, ValueError) as error:
-        msg = f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise RequestError(msg) from None
+    data = first_bytes(path, MAX_BYTES + 1, kind="a file")
     if len(data) > MAX_BYTES:
         msg = f"{path}: is larger than {MAX_BYTES // 1_000_000} MB, so it describes no data set"
         raise DataError(msg)

@@ -111,3 +111,21 @@ AngleRange = Annotated[RangeFact, AfterValidator(in_unit("rad"))]
 DegreeRange = Annotated[RangeFact, AfterValidator(in_unit("deg"))]
 SpeedRange = Annotated[RangeFact, AfterValidator(in_unit("m/s"))]
 NumberRange = Annotated[RangeFact, AfterValidator(in_unit("1"))]
+
+
+class Envelope(Strict):
+    """What anything that flies can be asked to do."""
+
+    ceiling: Size
+    true_airspeed: SpeedRange
+    turn_bank: Degrees
+
+    @property
+    def alt_m(self) -> float:
+        """Ceiling [m] above the ellipsoid."""
+        return self.ceiling.value
+
+    @property
+    def speed_mps(self) -> tuple[float, float]:
+        """Lowest and highest true airspeed that can be held [m/s]."""
+        return self.true_airspeed.value

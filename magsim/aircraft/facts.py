@@ -15,6 +15,7 @@ from magsim.aircraft.fact import (
     DegreeRange,
     Degrees,
     Duration,
+    Envelope,
     Fact,
     Force,
     Inertia,
@@ -29,7 +30,6 @@ from magsim.aircraft.fact import (
     Rate,
     Size,
     Speed,
-    SpeedRange,
     in_unit,
 )
 from magsim.config import Strict
@@ -255,12 +255,9 @@ class Autopilot(Strict):
     bank_limit: Angle
 
 
-class Limits(Strict):
+class Limits(Envelope):
     """What the aircraft can be asked to do, and where the flight model stops being one."""
 
-    ceiling: Size
-    true_airspeed: SpeedRange
-    turn_bank: Degrees
     pitch_amplitude: Degrees
     roll_amplitude: Degrees
     yaw_amplitude: Degrees
@@ -270,16 +267,6 @@ class Limits(Strict):
     sideslip: Degrees
     bank: Degrees
     pitch: Degrees
-
-    @property
-    def alt_m(self) -> float:
-        """Ceiling [m] above the ellipsoid."""
-        return self.ceiling.value
-
-    @property
-    def speed_mps(self) -> tuple[float, float]:
-        """Lowest and highest true airspeed that can be held [m/s]."""
-        return self.true_airspeed.value
 
     @cached_property
     def amplitude_deg(self) -> dict[str, float]:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator
 
-from magsim.aircraft.fact import Area, Degrees, Duration, Fact, Mass, Place, RangeFact, Size, Speed, SpeedRange, in_unit
+from magsim.aircraft.fact import Area, Duration, Envelope, Fact, Mass, Place, RangeFact, Speed, in_unit
 from magsim.config import Strict
 
 FrequencyRange = Annotated[RangeFact, AfterValidator(in_unit("Hz"))]
@@ -22,22 +22,8 @@ class KinematicDatum(Strict):
     description: str
 
 
-class KinematicLimits(Strict):
+class KinematicLimits(Envelope):
     """What the carrier can be asked to do."""
-
-    ceiling: Size
-    true_airspeed: SpeedRange
-    turn_bank: Degrees
-
-    @property
-    def alt_m(self) -> float:
-        """Ceiling [m] above the ellipsoid."""
-        return self.ceiling.value
-
-    @property
-    def speed_mps(self) -> tuple[float, float]:
-        """Lowest and highest true airspeed [m/s]."""
-        return self.true_airspeed.value
 
     @cached_property
     def amplitude_deg(self) -> dict[str, float]:

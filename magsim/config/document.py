@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from stat import S_ISDIR, S_ISREG
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -16,6 +15,7 @@ from magsim.config import keys
 from magsim.config.schema import did_you_mean, show_value
 from magsim.config.wording import Complaint, complaints
 from magsim.errors import RequestError
+from magsim.files import first_bytes
 
 MAX_BYTES = 1_000_000
 """Largest configuration file that is read."""
@@ -177,23 +177,7 @@ def read(path: Path, *, overrides: Sequence[str] = (), source: str | None = None
 
 def read_text(path: Path, source: str) -> str:
     """Text of a configuration file, or a RequestError that says why there is none."""
-    try:
-        mode = path.stat().st_mode
-        if S_ISDIR(mode):
-            msg = f"{source}: is a folder, not a TOML file"
-            raise RequestError(msg)
-        if not S_ISREG(mode):
-            msg = f"{source}: is not a regular file"
-            raise RequestError(msg)
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        msg = f"{source}: there is no such file"
-        raise RequestError(msg) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        msg = f"{source}: cannot be read: {reason}"
-        raise RequestError(msg) from None
+    data = first_bytes(path, MAX_BYTES + 1, kind="a TOML file", source=source)
     if len(data) > MAX_BYTES:
         msg = f"{source}: is larger than {MAX_BYTES // 1_000_000} MB, so it is no settings file"
         raise RequestError(msg)

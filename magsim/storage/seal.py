@@ -8,7 +8,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from magsim.errors import DataError, RequestError
+from magsim.errors import DataError
+from magsim.files import first_bytes
 
 _SEAL = re.compile(rb"magsim-sha256:([0-9a-f]{64})\n")
 SEAL_BYTES = len("magsim-sha256:") + 64 + 1
@@ -77,22 +78,7 @@ def seal_state(path: Path) -> SealState:
 
 
 def _check_file(path: Path) -> None:
-    try:
-        if path.is_dir():
-            msg = f"{path}: is a folder, not a recording"
-            raise RequestError(msg)
-        if path.exists() and not path.is_file():
-            msg = f"{path}: is not a regular file"
-            raise RequestError(msg)
-        with path.open("rb") as file:
-            head = file.read(len(_MAGIC))
-    except FileNotFoundError:
-        msg = f"{path}: there is no such file"
-        raise RequestError(msg) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        msg = f"{path}: cannot be read: {reason}"
-        raise RequestError(msg) from None
+    head = first_bytes(path, len(_MAGIC), kind="a recording")
     if head != _MAGIC:
         what = "is empty" if not head else "is not an HDF5 file"
         msg = f"{path}: {what}, so it is no recording"

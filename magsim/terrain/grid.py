@@ -12,6 +12,7 @@ import numpy as np
 
 from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, RequestError
+from magsim.files import first_bytes
 from magsim.terrain.plane import TangentPlane
 
 MAX_BYTES = 256_000_000
@@ -173,16 +174,7 @@ def read_grid(path: Path, *, plane: TangentPlane | None = None, nodata_m: float 
     RequestError
         If the file is not there, or anything in it is wrong; the message names file and line.
     """
-    try:
-        if not path.is_file():
-            what = "is not a regular file" if path.exists() else "there is no such file"
-            msg = f"{path}: {what}"
-            raise RequestError(msg)
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        msg = f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise RequestError(msg) from None
+    data = first_bytes(path, MAX_BYTES + 1, kind="a grid")
     if len(data) > MAX_BYTES:
         msg = f"{path}: is larger than {MAX_BYTES // 1_000_000} MB; allowed: a smaller or coarser grid"
         raise RequestError(msg)

@@ -127,15 +127,9 @@ class Coupled:
         table = np.frombuffer(self._rows, dtype=float).reshape(-1, 18)
         time_s = np.arange(len(table)) / log_hz
         rows = (time_s >= start_s - 1e-9) & (time_s <= stop_s + 1e-9)
-        place, velocity, rate, quaternion, bridle, tension = np.split(table[rows], [3, 6, 9, 13, 16], axis=1)
-        return Swing(
-            time_s=time_s[rows] - zero_s,
-            place_m=place,
-            velocity_mps=velocity,
-            quaternion=quaternion,
-            rate_b=rate,
-            bridle_m=bridle,
-            tension_n=tension,
+        return Swing.of(
+            time_s[rows] - zero_s,
+            table[rows],
             least_n=self._least,
             most_n=self._most,
             slack_s=None if self._slack is None else self._slack * self._step_s - zero_s,

@@ -52,6 +52,12 @@ class Swing:
     slack_s: float | None
     lost_s: float | None
 
+    @classmethod
+    def of(cls, time_s: np.ndarray, table: np.ndarray, **found: float | None) -> "Swing":
+        """From times (m,) and logged rows (m, 18): place, velocity, rate, quaternion, bridle, tensions."""
+        place, velocity, rate, quaternion, bridle, tension = np.split(table, [3, 6, 9, 13, 16], axis=1)
+        return cls(time_s, place, velocity, quaternion, rate, bridle, tension, **found)
+
 
 def hanging(line: Line, found: Steady, air: np.ndarray) -> np.ndarray:
     """State (s,) of a body that hangs at rest below its tow point.
@@ -143,15 +149,9 @@ def _swing(
                 slack_s = time_s + float((logged[:, 2] < 0.0).argmax()) / step_hz
         if lost_s is not None:
             break
-    place, velocity, rate, quaternion, bridle, tension = np.split(table, [3, 6, 9, 13, 16], axis=1)
-    return Swing(
-        time_s=start_s + np.arange(rows) / log_hz,
-        place_m=place,
-        velocity_mps=velocity,
-        quaternion=quaternion,
-        rate_b=rate,
-        bridle_m=bridle,
-        tension_n=tension,
+    return Swing.of(
+        start_s + np.arange(rows) / log_hz,
+        table,
         least_n=float(least),
         most_n=float(most),
         slack_s=slack_s,

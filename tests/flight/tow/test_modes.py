@@ -6,25 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.flight.tow.line import Body, Line, Rope, ball
+from magsim.flight.tow.line import Line, ball
 from magsim.flight.tow.modes import level_tow, modes
 from magsim.flight.tow.steady import steady
 from magsim.flight.tow.swing import hanging, swing
 from magsim.units import G0
-
-ROPE = Rope(length_m=30.0, diameter_m=0.010, mass_per_m=0.12, normal_drag=1.1, tangential_drag=0.02)
-BIRD = Body(
-    mass_kg=80.0,
-    inertia_kgm2=(1.525, 45.68, 45.68),
-    bridle_m=(0.15, 0.0, -0.22),
-    drag_area_m2=(0.06, 0.0, 0.0),
-    cross_area_m2=0.2275,
-    fin_area_m2=0.25,
-    fin_slope=2.5,
-    fin_station_m=-1.1,
-    fin_radius_m=0.25,
-    munk_m3=0.135,
-)
+from tests.truth.ropes import BIRD, ROPE
 
 
 def slow(line: Line, speed: float, density: float = 1.19) -> list:
