@@ -9,11 +9,10 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator
 
-from magsim.aircraft.fact import Area, Duration, Envelope, Fact, Mass, Place, RangeFact, Speed, in_unit
+from magsim.aircraft.fact import Area, Duration, Envelope, Length, Mass, Place, RangeFact, Speed, in_unit
 from magsim.config import Strict
 
 FrequencyRange = Annotated[RangeFact, AfterValidator(in_unit("Hz"))]
-Spread = Annotated[Fact, AfterValidator(in_unit("m"))]
 
 
 class KinematicDatum(Strict):
@@ -34,8 +33,8 @@ class KinematicLimits(Envelope):
 class SwayFacts(Strict):
     """How a pilot's hands leave the line: noise in a band of frequencies."""
 
-    lateral: Spread
-    vertical: Spread
+    lateral: Length
+    vertical: Length
     band: FrequencyRange
 
 

@@ -14,9 +14,6 @@ SEA_LEVEL_PA = 101325.0
 RADIUS_M = 6356766.0
 """Radius by which geopotential heights are defined [m]."""
 
-LOWEST_M, HIGHEST_M = -5000.0, 20000.0
-"""Geopotential heights within which the standard is used [m]."""
-
 _SEA_LEVEL_K, _LAPSE = 288.15, 0.0065
 _GAS = 287.05287
 """Specific gas constant of air [J/(kg K)]."""
@@ -29,7 +26,7 @@ _SCALE_M = _GAS * _TROPOPAUSE_K / G0
 
 def standard_density(alt_m: float | np.ndarray) -> float | np.ndarray:
     """Density [kg/m^3] at a height below 11 km [m] (ICAO Doc 7488: lapse rate 6.5 K/km)."""
-    return RHO0 * (1.0 - 0.0065 * alt_m / 288.15) ** 4.2558797
+    return RHO0 * (1.0 - _LAPSE * alt_m / _SEA_LEVEL_K) ** 4.2558797
 
 
 def geopotential_height(height_m: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ from magsim.flight.kinematic import fly_kinematic
 from magsim.flight.maneuvers import UNITY, LoopResponse, measure
 from magsim.flight.outcome import amplitude_notes, check_height, check_sweeps, pattern_notes, segments_of
 from magsim.flight.pilot import Log, Pilot, first_row_s, on_clock, planned_sweeps
-from magsim.flight.planning import MARGIN_S, check_wind, flying_time, longest_s, plan, warmup_s
+from magsim.flight.planning import MARGIN_S, check_wind, flying_time, longest_s, plan, settle_s, warmup_s
 from magsim.flight.plant import FlightTroubleError, Setup, bare_steps, ground_speed
 from magsim.flight.rates import integrators_for, log_rate_hz
 from magsim.flight.track import fly_track
@@ -126,7 +126,7 @@ def _fly_model(
 ) -> "tuple[Flight, Swing | None]":
     """The flight of a flight model, and how a bird swung that pulled on it."""
     aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
-    plane, path, setup, heights = plan(scenario, aircraft.facts, ground)
+    plane, path, setup, heights, _ = plan(scenario, aircraft.facts, ground)
     check_wind(scenario, path)
     check_legs(scenario.flight.flaps, path, flying_time(scenario, path))
     parts = parts_of(scenario.pattern)
@@ -196,8 +196,7 @@ def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, gro
     if track is None:
         msg = f"pattern.file: {scenario.pattern.file} is read by load_scenario only"
         raise RequestError(msg)
-    settle_s = scenario.tow.settle_s if scenario.tow else 0.0
-    return fly_track(scenario, aircraft, track, ground, (MARGIN_S + settle_s, MARGIN_S))
+    return fly_track(scenario, aircraft, track, ground, (MARGIN_S + settle_s(scenario), MARGIN_S))
 
 
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
@@ -255,8 +254,7 @@ def _flight(
     crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
     log_hz, rate_hz = pilot.log_hz, scenario.recording.rate_hz
     zero = first_row_s(crossings[0].time_s, log_hz)
-    settle_s = scenario.tow.settle_s if scenario.tow else 0.0
-    log = log.cut(zero - MARGIN_S - settle_s, end + MARGIN_S, zero)
+    log = log.cut(zero - MARGIN_S - settle_s(scenario), end + MARGIN_S, zero)
     carrier = log.trajectory(aircraft.facts.cg_b)
     duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
     pilot.flaps.check()

@@ -21,7 +21,7 @@ from magsim.flight.drape import STEP_M, HeightPlan
 from magsim.flight.elements import Element, length_of
 from magsim.flight.guidance import Crossing
 from magsim.flight.outcome import check_height, pattern_notes, segments_of
-from magsim.flight.planning import MARGIN_S, Plan, check_wind, plan, warmup_s
+from magsim.flight.planning import MARGIN_S, Plan, check_wind, plan, settle_s, warmup_s
 from magsim.flight.plant import crab_heading, ground_speed
 from magsim.flight.rates import log_rate_hz
 from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
@@ -46,14 +46,16 @@ of the attitude: on a grid much denser than this they are the rounding of number
 
 
 class Course(NamedTuple):
-    """A path in the plane over time, without sway: functions of time [s]."""
+    """A path in the plane, without sway.
+
+    ``along_m`` is a function of time [s], the others of the distance along the path [m]; ``course`` is in rad.
+    """
 
     along_m: CubicSpline
     north_m: CubicSpline
     east_m: CubicSpline
     course: CubicSpline
     height_m: CubicSpline
-    """The last four are functions of the distance along the path [m]."""
 
 
 def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None) -> Flight:
@@ -69,7 +71,8 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     Returns
     -------
     Flight
-        Logged from one warm-up before the first row; it has neither controls nor switches.
+        Logged from 4 s before the first row, and ``tow.settle_s`` earlier where a bird is towed, to 4 s after the
+        last; it has neither controls nor switches.
 
     Raises
     ------
@@ -83,14 +86,14 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     scenario.loading.apply(facts)
     planned = plan(scenario, facts, ground)
     check_wind(scenario, planned.path)
-    way = course_of(scenario, planned)
+    way = _course_of(scenario, planned)
     ends = np.cumsum([0.0, *(element.length_m for element in planned.path)])
     crossed = [_time_at(way, end) for end in ends]
     end_s, rate_hz = crossed[-1], scenario.recording.rate_hz
     log_hz = scenario.flight.log_hz or log_rate_hz(facts, scenario.flight.step_hz)
-    before_s = MARGIN_S + (scenario.tow.settle_s if scenario.tow else 0.0)
+    before_s = MARGIN_S + settle_s(scenario)
     grid = np.arange(-round(before_s * log_hz), math.floor((end_s + MARGIN_S) * log_hz) + 1) / log_hz
-    spreads = sway_spreads(scenario, facts)
+    spreads = _sway_spreads(scenario, facts)
     carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, spreads_m=spreads)
     crossings = [Crossing(i, time) for i, time in enumerate(crossed[:-1])]
     segments = segments_of(crossings, planned.path, 0.0, end_s, carrier)
@@ -115,17 +118,17 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     return flight
 
 
-def course_of(scenario: Scenario, planned: Plan) -> Course:
+def _course_of(scenario: Scenario, planned: Plan) -> Course:
     """Courses and places along a path, and where it is flown when: time 0 is the path's beginning."""
     speed = scenario.start.speed_mps
-    before = (warmup_s(scenario) + 2.0 * MARGIN_S) * (speed + math.hypot(*scenario.air.wind_mps))
-    after = 3.0 * MARGIN_S * (speed + math.hypot(*scenario.air.wind_mps))
+    fastest = speed + math.hypot(*scenario.air.wind_mps)
+    before, after = (warmup_s(scenario) + 2.0 * MARGIN_S) * fastest, 3.0 * MARGIN_S * fastest
     table = _courses(planned.path, before, after)
     along, course = table[:, 0], table[:, 1]
     heights = planned.heights
     level = scenario.start.alt_m
     height = np.full(len(along), level) if heights is None else _smooth_heights(heights, along)
-    winds = {alt: wind_at(scenario.air, scenario.start, alt, planned.setup.ground_m) for alt in set(height.tolist())}
+    winds = {alt: wind_at(scenario.air, scenario.start, alt, planned.ground_m) for alt in set(height.tolist())}
     over_ground = [ground_speed(speed, c, winds[h]) for c, h in zip(course.tolist(), height.tolist(), strict=True)]
     # time along the path, by the integral of its inverse speed from the path's beginning
     clock = CubicSpline(along, 1.0 / np.array(over_ground)).antiderivative()
@@ -175,7 +178,7 @@ def _time_at(way: Course, along_m: float) -> float:
     return guess
 
 
-def sway_spreads(scenario: Scenario, facts: KinematicFacts) -> tuple[float, float]:
+def _sway_spreads(scenario: Scenario, facts: KinematicFacts) -> tuple[float, float]:
     """Standard deviations of the sway across and in height [m]."""
     asked = scenario.flight.sway
     lateral, vertical = facts.sway.lateral.value, facts.sway.vertical.value
@@ -204,8 +207,8 @@ def sway(time_s: np.ndarray, spreads_m: tuple[float, float], band_hz: tuple[floa
     lead = math.ceil(5.0 / band_hz[0] * SWAY_HZ)
     first, last = math.floor(time_s[0] * SWAY_HZ) - lead, math.ceil(time_s[-1] * SWAY_HZ) + lead
     knots = np.arange(first, last + 1) / SWAY_HZ
-    frequency, gain = signal.sosfreqz(sos, worN=1 << 15, fs=SWAY_HZ)
-    power = float(np.mean(np.abs(gain[frequency <= SWAY_HZ / 2.0]) ** 4))
+    _, gain = signal.sosfreqz(sos, worN=1 << 15, fs=SWAY_HZ)
+    power = float(np.mean(np.abs(gain) ** 4))
     out = np.empty((len(time_s), 2))
     for k, name in enumerate(("lateral", "vertical")):
         # what was before time 0 has numbers of its own: a longer run-in is not another flight
@@ -257,8 +260,7 @@ def _north_of_plane(planned: Plan, lat: np.ndarray, lon: np.ndarray) -> np.ndarr
 
 def _winds(scenario: Scenario, planned: Plan, height_m: np.ndarray) -> np.ndarray:
     """Wind in the plane at heights, (n, 2) [m/s]."""
-    ground = planned.setup.ground_m
-    return np.array([wind_at(scenario.air, scenario.start, height, ground) for height in height_m.tolist()])
+    return np.array([wind_at(scenario.air, scenario.start, height, planned.ground_m) for height in height_m.tolist()])
 
 
 def _turning(

@@ -31,11 +31,18 @@ class Plan(NamedTuple):
     path: tuple[Element, ...]
     setup: Setup
     heights: HeightPlan | None
+    ground_m: float
+    """Ground at the start point, from which a logarithmic shear counts, above the ellipsoid."""
 
 
 def warmup_s(scenario: Scenario) -> float:
     """What is flown before the path's beginning [s]: for the autopilot, and for a towed bird to swing in."""
-    return scenario.flight.warmup_s + (scenario.tow.settle_s if scenario.tow else 0.0)
+    return scenario.flight.warmup_s + settle_s(scenario)
+
+
+def settle_s(scenario: Scenario) -> float:
+    """What a towed bird has to swing in before the first row [s]; 0 without one."""
+    return scenario.tow.settle_s if scenario.tow else 0.0
 
 
 def plan(scenario: Scenario, facts: Facts | KinematicFacts, ground: Ground | None = None) -> Plan:
@@ -94,7 +101,7 @@ def plan(scenario: Scenario, facts: Facts | KinematicFacts, ground: Ground | Non
         grid=grid_turn(plane.lat_rad),
         grid_lon=plane.lon_rad,
     )
-    return Plan(plane, path, setup, heights)
+    return Plan(plane, path, setup, heights, at_start)
 
 
 def longest_s(expected_s: float) -> float:
@@ -122,7 +129,13 @@ def flying_time(scenario: Scenario, path: Sequence[Element]) -> float:
 
 
 def check_wind(scenario: Scenario, path: Sequence[Element]) -> None:
-    """Trains must end before their leg does, at the speed over ground that the wind leaves."""
+    """Trains must end before their leg does, at the speed over ground that the wind leaves.
+
+    Raises
+    ------
+    RequestError
+        If one does not.
+    """
     parts = parts_of(scenario.pattern)
     for element in path:
         pattern = parts[element.label.part]

@@ -57,13 +57,14 @@ def fly_track(
     log_hz = settings.log_hz or log_rate_hz(aircraft.facts, settings.step_hz)
     last = math.floor(time[-1] * log_hz + 1e-9)
     grid = np.arange(-round(before_s * log_hz), last + 1) / log_hz
-    carrier = motion_of(place(grid), place(grid, 1), turning, grid, aircraft.facts.cg_b)
+    carrier = _trajectory(place(grid), place(grid, 1), turning, grid, aircraft.facts.cg_b)
     duration = math.floor((last / log_hz - after_s) * rate_hz + 1e-9) / rate_hz
     if duration < LEAST_S and scenario.tow is not None:
         spare = time[-1] - after_s - LEAST_S + scenario.tow.settle_s
         msg = (
             f"tow.settle_s: the track lasts {time[-1] + before_s:.0f} s, which leaves {max(duration, 0.0):.0f} s of "
-            f"rows after a bird has settled for {scenario.tow.settle_s:g} s; allowed: up to {max(0.0, spare):.0f}"
+            f"rows after a bird has settled for {scenario.tow.settle_s:g} s; allowed: up to "
+            f"{math.floor(max(0.0, spare))} s"
         )
         raise RequestError(msg)
     surfaces = {name: track[name] for name in SURFACES if name in track}
@@ -95,7 +96,7 @@ def _position(scenario: Scenario, track: TrackLog) -> tuple[np.ndarray, np.ndarr
     return plane.geodetic(track["north"], track["east"])
 
 
-def motion_of(
+def _trajectory(
     place: np.ndarray, change: np.ndarray, turning: Turning, time_s: np.ndarray, cg_b: tuple[float, ...]
 ) -> Trajectory:
     """Motion from latitude, longitude and height, their time derivatives, (n, 3) each, and the curve of rotation."""

@@ -16,10 +16,12 @@ from magsim.flight import fly
 from magsim.flight.aero import inertia
 from magsim.flight.model import PULLS, airframe_xml, model_files
 from magsim.flight.plant import Plant, Setup, start
+from magsim.flight.tow import towing
+from magsim.flight.tow.coupled import Coupled
 from magsim.flight.tow.line import Felt
 from magsim.flight.tow.towing import tow_bird
 from magsim.frames import rot_nb_from_attitude
-from magsim.scenario import Scenario
+from magsim.scenario import Gusts, Scenario
 from magsim.trajectory import Flight
 from magsim.units import FT, LBF
 
@@ -83,6 +85,33 @@ def heavy(towed: Callable[..., Flight]) -> Flight:
 @pytest.fixture(scope="module")
 def gusty(towed: Callable[..., Flight]) -> Flight:
     return towed({"gusts": {"speed_mps": 1.0}})
+
+
+def test_the_gusts_that_judge_the_bird_are_those_it_met(
+    towed: Callable[..., Flight], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    met, judged = {}, []
+    gust, gusts_n = Coupled._gust, towing.gusts_n
+
+    def meet(self: Coupled, time_s: float) -> np.ndarray:
+        met[time_s] = gust(self, time_s)
+        return met[time_s]
+
+    def judge(gusts: Gusts, time_s: np.ndarray, begun_s: float, *more: float) -> np.ndarray:
+        judged.append((time_s - begun_s, gusts_n(gusts, time_s, begun_s, *more)))
+        return judged[-1][1]
+
+    monkeypatch.setattr(Coupled, "_gust", meet)
+    monkeypatch.setattr(towing, "gusts_n", judge)
+    towed({"gusts": {"speed_mps": 1.0}})
+    ((since, found),) = judged
+    times = np.array(sorted(met))
+    # a new one in every step, from the beginning on; the log begins when the autopilot has settled
+    np.testing.assert_allclose(np.diff(times), times[1], rtol=0, atol=1e-9)
+    assert since[0] > WARMUP_S - 5.0
+    there = np.column_stack([np.interp(since, times, [met[time][k] for time in times]) for k in range(3)])
+    np.testing.assert_allclose(found, there, rtol=0, atol=0.01)
+    assert found.std() > 0.3
 
 
 # ---- the pull in the flight model ------------------------------------------------------------------------------

@@ -19,6 +19,9 @@ from magsim.scenario import Gusts
 RAMP_S = 10.0
 """The carrier is trimmed without a rope: its pull is taken up over so long."""
 
+GRAVITY_STEPS = 12
+"""Gravity is looked up once in so many steps: it changes by 3e-6 m/s^2 in a meter of height."""
+
 
 class Coupled:
     """A line under a flight model, step by step.
@@ -65,7 +68,7 @@ class Coupled:
     def begin(self, felt: Felt) -> None:
         """Hang the line below a carrier that flies straight and level."""
         self._velocity_e, rot_ne = _hook(np.array(felt), self._arm_b)
-        self._feel(felt, rot_ne, np.zeros(3))
+        self._feel(felt, rot_ne, np.zeros(3), self._steps)
         self._state = hanging(self.line, self._found, self._air[2])
         self._log()
 
@@ -74,23 +77,23 @@ class Coupled:
         assert self._state is not None
         before = self._velocity_e
         self._velocity_e, rot_ne = _hook(np.array(felt), self._arm_b)
-        self._feel(felt, rot_ne, (self._velocity_e - before) / self._step_s)
+        self._feel(felt, rot_ne, (self._velocity_e - before) / self._step_s, self._steps + 1)
         numbers = self.line.numbers
         advance(numbers, self._state, self._air, self._step_s, self._logged)
         self._steps += 1
         least, most = float(self._logged[0, 2]), float(self._logged[0, 3])
         self._least, self._most = min(self._least, least), max(self._most, most)
         if self._slack is None and least < 0.0:
-            self._slack = self._steps
+            self._slack = self._steps - 1  # the tensions are those at the beginning of the step
         if self._steps % self._per_row == 0:
             self._log()
         taken_up = min(1.0, self._steps * self._step_s / RAMP_S)
         north, east, down = taken_up * (rot_ne @ pull_on_hook(numbers, self._state, self._air[2]))
         return float(north), float(east), float(down)
 
-    def _feel(self, felt: Felt, rot_ne: np.ndarray, acceleration_e: np.ndarray) -> None:
-        """Air and apparent gravity at the end of a step; those of its middle are between both ends."""
-        if self._steps % 12 == 0:
+    def _feel(self, felt: Felt, rot_ne: np.ndarray, acceleration_e: np.ndarray, steps: int) -> None:
+        """Air and apparent gravity after so many steps; those of a step's middle are between both ends."""
+        if steps % GRAVITY_STEPS == 0:
             self._gravity = float(gravity_n(felt.lat, felt.alt)[2])
         velocity = self._velocity_e
         coriolis = 2.0 * SPIN_RADPS * np.array([-velocity[1], velocity[0], 0.0])
@@ -99,7 +102,7 @@ class Coupled:
         end = self._air[2]
         end[:3] = self._gravity * rot_ne[2] - acceleration_e - coriolis
         end[3:6] = wind_n @ rot_ne - velocity
-        end[6:9] = end[3:6] + self._gust(self._steps * self._step_s) @ rot_ne
+        end[6:9] = end[3:6] + self._gust(steps * self._step_s) @ rot_ne
         end[9] = standard_density(felt.alt)
         # the acceleration is that of the whole step
         self._air[0, :3] = end[:3]
@@ -132,6 +135,7 @@ class Coupled:
             table[rows],
             least_n=self._least,
             most_n=self._most,
+            begun_s=-zero_s,
             slack_s=None if self._slack is None else self._slack * self._step_s - zero_s,
             lost_s=None,
         )

@@ -40,9 +40,19 @@ def gust_knots(gusts: Gusts, airspeed_mps: float, seed: int) -> Iterator[np.ndar
         state = keep * state + drive * rng.standard_normal(3)
 
 
-def gusts_n(gusts: Gusts, time_s: np.ndarray, airspeed_mps: float, seed: int) -> np.ndarray:
-    """Gusts at given times, counted from the first of them, (n, 3) [m/s]: straight between the knots."""
-    since = time_s - time_s[0]
+def gusts_n(gusts: Gusts, time_s: np.ndarray, begun_s: float, airspeed_mps: float, seed: int) -> np.ndarray:
+    """Gusts at given times, straight between the knots, (n, 3) [m/s] north, east, down.
+
+    Parameters
+    ----------
+    gusts : Gusts
+    time_s : (n,) [s]
+    begun_s : float [s]
+        When the first knot is met, at or before the first time.
+    airspeed_mps : float
+    seed : int
+    """
+    since = time_s - begun_s
     count = math.ceil(since[-1] * GUST_HZ) + 1
     drawn = np.array(list(islice(gust_knots(gusts, airspeed_mps, seed), count)))
     knots = np.arange(count) / GUST_HZ

@@ -39,7 +39,7 @@ def line_of(tow: Tow, bird: Bird, mass_kg: float | None = None) -> Line:
     facts = bird.facts
     body, fins, rope, asked = facts.body, facts.fins, facts.rope, tow.body
     mass = mass_kg or asked.mass_kg or body.mass.value
-    cg = body.center_of_gravity.value
+    cg = facts.cg_t
     bridle = asked.bridle_m or body.bridle.value
     station = fins.station.value if asked.fin_station_m is None else asked.fin_station_m
     drag = body.drag_area.value if asked.drag_area_m2 is None else asked.drag_area_m2
@@ -161,18 +161,17 @@ def _steady_rope(line: Line, speed_mps: float, density: float) -> str:
     while length < LONGEST_M:
         length *= 1.05
         longer = replace(line, rope=replace(line.rope, length_m=length))
-        found = steady(longer, speed_mps, density)
-        if found is not None and hangs(found) and modes(longer, found, speed_mps, density)[0].growth_ps <= 0.0:
+        if _flies(longer, speed_mps, density, most_ps=0.0):
             return f"a rope of at least {math.ceil(10.0 * length) / 10.0:g} m, "
     return ""
 
 
-def _flies(line: Line, speed_mps: float, density: float) -> bool:
+def _flies(line: Line, speed_mps: float, density: float, most_ps: float = MOST_GROWTH_PS) -> bool:
     """Whether a line hangs under a carrier and does not swing up by itself."""
     found = steady(line, speed_mps, density)
     if found is None or not hangs(found):
         return False
-    return modes(line, found, speed_mps, density)[0].growth_ps <= MOST_GROWTH_PS
+    return modes(line, found, speed_mps, density)[0].growth_ps <= most_ps
 
 
 def _heavier(tow: Tow, bird: Bird, speed_mps: float, density: float) -> str:

@@ -36,6 +36,8 @@ class Swing:
         Of the first and of the last link.
     least_n, most_n : float [N]
         Over all links and steps.
+    begun_s : float [s]
+        When the line began to swing: before the first row where the log was cut.
     slack_s, lost_s : float or None
         When a link first pushed, which a rope cannot; when the numbers ceased to be numbers.
     """
@@ -49,6 +51,7 @@ class Swing:
     tension_n: np.ndarray
     least_n: float
     most_n: float
+    begun_s: float
     slack_s: float | None
     lost_s: float | None
 
@@ -154,6 +157,7 @@ def _swing(
         table,
         least_n=float(least),
         most_n=float(most),
+        begun_s=start_s,
         slack_s=slack_s,
         lost_s=lost_s,
     )

@@ -71,16 +71,18 @@ def tow_bird(
     """
     tow = scenario.tow
     assert tow is not None
-    hook = hook_under(flight.carrier, scenario, aircraft, flight.wind_n)
+    begun_s = float(flight.carrier.time_s[0]) if flown is None else flown.begun_s
+    hook = hook_under(flight.carrier, scenario, aircraft, flight.wind_n, begun_s)
     first = hook.calm(float(flight.carrier.time_s[0]))
-    found = equilibrium(tow, bird, float(np.linalg.norm(first[3:6])), float(first[9]))
+    speed, density = float(np.linalg.norm(first[3:6])), float(first[9])
+    found = equilibrium(tow, bird, speed, density)
     line, step_hz = line_of(tow, bird), scenario.flight.step_hz
     if flown is None:
         flown, step_hz = swing_under(flight.carrier, hook, line, found, tow.step_hz)
     _check(flown, line, tow, step_hz)
     path = trajectory(flown, hook, bird.facts.cg_t)
     _check_flow(path, flown, hook, math.radians(bird.facts.limits.flow_angle.value))
-    every = modes(line, found, float(np.linalg.norm(first[3:6])), float(first[9]))
+    every = modes(line, found, speed, density)
     slow = sorted(mode for mode in every if 0.0 < mode.frequency_hz < SLOW_HZ)
     notes = {
         "bird": bird.name,
@@ -103,7 +105,19 @@ def tow_bird(
 def swing_under(
     carrier: Trajectory, hook: Hook, line: Line, found: Steady, asked_hz: int | None = None
 ) -> tuple[Swing, int]:
-    """How a bird swings under a carrier that it does not pull on, and the steps a second that this took."""
+    """How a bird swings under a carrier that it does not pull on, and the steps a second [Hz] that this took.
+
+    Parameters
+    ----------
+    carrier : Trajectory
+        Its first and last times are those of the swing.
+    hook : Hook
+    line : Line
+    found : Steady
+        The equilibrium in which it begins.
+    asked_hz : int, optional
+        Steps a second; without it the fewest of ``STEPS_HZ`` that the tension allows.
+    """
     start_s, last_s = float(carrier.time_s[0]), float(carrier.time_s[-1])
     least_n = MARGIN * float(found.tension_n.max())
     fitting = [rate for rate in STEPS_HZ if line.stable_tension_n(rate) >= least_n] or STEPS_HZ[-1:]
@@ -123,18 +137,40 @@ def swing_under(
     return flown, step_hz
 
 
-def hook_under(carrier: Trajectory, scenario: Scenario, aircraft: Aircraft, wind_n: np.ndarray | None) -> Hook:
-    """The hook of a scenario's carrier, with the air that it meets; without a known wind that of the scenario."""
+def hook_under(
+    carrier: Trajectory, scenario: Scenario, aircraft: Aircraft, wind_n: np.ndarray | None, begun_s: float
+) -> Hook:
+    """The hook of a scenario's carrier, with the air that it meets.
+
+    Parameters
+    ----------
+    carrier : Trajectory
+        With n rows.
+    scenario : Scenario
+    aircraft : Aircraft
+    wind_n : (n, 3) [m/s], optional
+        Without it, the wind of the scenario.
+    begun_s : float [s]
+        When the bird met the first of its gusts.
+    """
     tow = scenario.tow
     assert tow is not None
     steady_n = np.array([scenario.air.wind_north_mps, scenario.air.wind_east_mps, 0.0])
     wind = np.tile(steady_n, (len(carrier), 1)) if wind_n is None else wind_n
-    gust = gusts_n(tow.gusts, carrier.time_s, scenario.start.speed_mps, scenario.seed)
+    gust = gusts_n(tow.gusts, carrier.time_s, begun_s, scenario.start.speed_mps, scenario.seed)
     return Hook(carrier, np.array(hook_of(tow, aircraft)), wind, gust)
 
 
 def trajectory(flown: Swing, hook: Hook, cg_t: tuple[float, float, float]) -> Trajectory:
-    """Motion of the bird over the Earth from its motion below the hook."""
+    """Motion of the bird over the Earth from its motion below the hook.
+
+    Parameters
+    ----------
+    flown : Swing
+    hook : Hook
+    cg_t : (3,) [m]
+        Center of gravity of the bird from its datum, bird axes.
+    """
     place_e = hook.place_e(flown.time_s) + flown.place_m
     lat, lon, alt = geodetic_from_ecef(place_e)
     lon = np.unwrap(lon)

@@ -124,12 +124,13 @@ def test_wind_blows_at_both_and_gusts_at_the_bird_alone() -> None:
 def test_gusts_are_a_process_of_first_order_with_a_grid_of_its_own() -> None:
     gusts = Gusts(speed_mps=1.5, length_m=150.0)
     time = np.arange(8000 * 10) / 10.0
-    drawn = gusts_n(gusts, time, 30.0, 4)
+    drawn = gusts_n(gusts, time, 0.0, 30.0, 4)
     assert drawn.std(axis=0) == pytest.approx(1.5, rel=0.08)
     for lag_s in (1.0, 5.0):
         rows = round(10.0 * lag_s)
         together = np.mean(drawn[rows:] * drawn[:-rows], axis=0) / np.mean(drawn**2, axis=0)
         assert together == pytest.approx(math.exp(-lag_s / 5.0), abs=0.08)
     # other rows see the same weather
-    np.testing.assert_array_equal(gusts_n(gusts, np.arange(600) / 60.0, 30.0, 4)[::6], drawn[:100])
-    assert np.abs(gusts_n(gusts, time[:100], 30.0, 5) - drawn[:100]).max() > 0.5
+    np.testing.assert_array_equal(gusts_n(gusts, np.arange(600) / 60.0, 0.0, 30.0, 4)[::6], drawn[:100])
+    np.testing.assert_allclose(gusts_n(gusts, time[50:100] - 3.0, -3.0, 30.0, 4), drawn[50:100], rtol=0, atol=1e-12)
+    assert np.abs(gusts_n(gusts, time[:100], 0.0, 30.0, 5) - drawn[:100]).max() > 0.5

@@ -20,7 +20,7 @@ from tests.truth.ropes import AIR, ROPE, all_nodes, bird_line, parts_of, point_l
 def hook_of(seed: int) -> Hook:
     """A carrier to the east with gusts at its bird."""
     path = along_parallel(30.0, 25.0, 50.0)
-    gusts = gusts_n(Gusts(speed_mps=1.0), path.time_s, 25.0, seed)
+    gusts = gusts_n(Gusts(speed_mps=1.0), path.time_s, path.time_s[0], 25.0, seed)
     return Hook(path, np.array([0.0, 0.0, 1.1]), 0.2 * gusts, gusts)
 
 
