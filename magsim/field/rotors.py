@@ -200,11 +200,8 @@ def rotating_moment(part: RotatingPart, motion: Turning, step_s: float, ambient_
     return out
 
 
-def rotating_field(
-    part: RotatingPart, motion: Turning, step_s: float, points: np.ndarray, ambient_b: np.ndarray
-) -> np.ndarray:
-    """Field of a rotating part at fixed points (s, 3) [m], (n, s, 3) [nT]; see ``rotating_moment``."""
-    moment = rotating_moment(part, motion, step_s, ambient_b)
+def rotating_field(part: RotatingPart, moment: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Field of a rotating part with moments (n, 3) [A m^2] at fixed points (s, 3) [m], (n, s, 3) [nT]."""
     return np.einsum("sij,nj->nsi", part.kernel(points), moment)
 
 
@@ -251,5 +248,5 @@ def propeller(situation: Situation) -> np.ndarray | None:
         return None
     out = np.zeros((len(situation.time_s), len(situation.mounts), 3))
     for part, moment in rotating_moments(situation):
-        out += np.einsum("sij,nj->nsi", part.kernel(situation.positions_m), moment)
+        out += rotating_field(part, moment, situation.positions_m)
     return out

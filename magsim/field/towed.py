@@ -81,6 +81,8 @@ def compute_tow_field(
     ------
     RequestError
         If the bird comes too near to the carrier's metal.
+    ValueError
+        If nothing is towed.
     """
     tell = progress or (lambda _: None)
     with threadpool_limits(limits=1, user_api="blas"):
@@ -137,7 +139,11 @@ def _earth_axes(situation: Situation) -> np.ndarray:
 
 
 def sources(above: Situation) -> np.ndarray:
-    """Strengths of the carrier's sources along the flight, in the order of ``coefficients``, (n, 4 + k + c)."""
+    """Strengths of the carrier's sources along the flight, in the order of ``coefficients``, (n, 4 + k + c).
+
+    1 for the fixed moments, the ambient field [nT] (3), states of the k eddy modes, currents of the c circuits [A];
+    each times the scale of its part, 0 where it is off.
+    """
     field, count = above.scenario.field, len(above.time_s)
     out = [np.full((count, 1), field.permanent.scale * field.is_on("permanent"))]
     ambient = np.zeros((count, 3))
@@ -151,15 +157,14 @@ def sources(above: Situation) -> np.ndarray:
     if field.is_on("eddy"):
         modes = field.eddy.scale * eddy_states(above.response, above.ambient_rate_b, above.step_s, field.eddy)
     out.append(modes)
-    currents = above.onboard.currents_a
     drawn = np.zeros((count, above.response.wiring_nt_per_a.shape[2]))
-    if field.is_on("electronics") and currents:
-        drawn = field.electronics.scale * np.column_stack(list(currents.values()))
+    if field.is_on("electronics") and above.onboard.currents_a:
+        drawn = field.electronics.scale * np.column_stack(list(above.onboard.currents_a.values()))
     return np.hstack([*out, drawn])
 
 
 def coefficients(response: AircraftResponse) -> np.ndarray:
-    """Field for each strength of ``sources`` at the places of a response, (p, 3, 4 + k + c)."""
+    """Field for each strength of ``sources`` at the places of a response, (p, 3, 4 + k + c) [nT]."""
     permanent = response.permanent_nt[:, :, None]
     return np.concatenate([permanent, response.induced, response.field, response.wiring_nt_per_a], axis=2)
 
@@ -282,7 +287,10 @@ def _coordinates(axes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def turning_field(above: Situation, places: np.ndarray) -> np.ndarray:
-    """Field of the carrier's dipoles on control surfaces and of what rotates, at moving places (n, s, 3) [m]."""
+    """Field of the carrier's dipoles on control surfaces and of what rotates, carrier axes, (n, s, 3) [nT].
+
+    Places (n, s, 3) [m] move; carrier axes from its datum.
+    """
     field = above.scenario.field
     out = np.zeros_like(places)
     if field.is_on("hinged"):

@@ -80,7 +80,13 @@ def plot_electronics(recording: Recording, sensor: str | None = None) -> "Figure
 
 
 def plot_tow(recording: Recording, sensor: str | None = None) -> "Figure":
-    """How a towed bird swings: angles, tension, heights, what that does to the field, and the spectrum of it."""
+    """How a towed bird swings: angles, tension, heights, what that does to the field, and the spectrum of it.
+
+    Raises
+    ------
+    RequestError
+        If the recording has no rope.
+    """
     sensor = pick_sensor(recording, sensor)
     if columns.TRUE_ROPE_TENSION.name() not in recording:
         msg = f"recording {recording.name!r} has no rope; this figure needs a simulated tow with its truth"

@@ -29,12 +29,6 @@ def swing_angles(recording: Recording) -> dict[str, np.ndarray]:
 
 def tow(recording: Recording, sensor: str) -> Figure:
     """Angles, tension, heights and field over time; spectrum of the angles; the swing as seen from above."""
-    figure = _figure_of(recording, sensor)
-    figure.align_ylabels()
-    return figure
-
-
-def _figure_of(recording: Recording, sensor: str) -> Figure:
     figure = new_figure(13.0, 8.4)
     grid = figure.add_gridspec(5, 2, width_ratios=(1.6, 1.0))
     angles = swing_angles(recording)
@@ -58,17 +52,17 @@ def _figure_of(recording: Recording, sensor: str) -> Figure:
         legend_above(axes, 3)
     time[0].set_xlim(recording.time_s[0], recording.time_s[-1])
     time[0].set_title(f"{recording.name}: tow; turns shaded", fontsize=10, color=INK, loc="left")
-    _spectrum(figure.add_subplot(grid[:3, 1]), recording, angles)
+    _spectrum(figure.add_subplot(grid[:3, 1]), recording)
     _from_above(figure.add_subplot(grid[3:, 1]), recording, angles)
+    figure.align_ylabels()
     return figure
 
 
 def _shade_turns(axes: Axes, recording: Recording) -> None:
     if columns.TURN.pattern in recording:
-        low, high = 0.0, 1.0
         turns = recording[columns.TURN.pattern] > 0.0
         axes.fill_between(
-            recording.time_s, low, high, where=turns, transform=axes.get_xaxis_transform(), color="#eef1f4", lw=0
+            recording.time_s, 0.0, 1.0, where=turns, transform=axes.get_xaxis_transform(), color="#eef1f4", lw=0
         )
 
 
@@ -94,23 +88,19 @@ def straight(recording: Recording) -> np.ndarray:
     return recording[turn] == 0.0 if turn in recording else np.ones(len(recording), dtype=bool)
 
 
-def _spectrum(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -> None:
+def _spectrum(axes: Axes, recording: Recording) -> None:
     """Densities of the angles over the straight legs, piece by piece."""
     size = int(SPECTRUM_S * recording.rate_hz)
-    pieces = recording.take(straight(recording)).pieces()
-    for (name, values), color in zip(angles.items(), COLORS, strict=False):
-        whole = dict(zip(recording.time_s.tolist(), values.tolist(), strict=True))
-        powers, weights = [], []
-        for piece in pieces:
-            part = np.array([whole[t] for t in piece.time_s.tolist()])
-            if len(part) < size // 2:
-                continue
-            frequency, power = welch(part, recording.rate_hz, nperseg=min(size, len(part)), nfft=size, detrend="linear")
+    pieces = [piece for piece in recording.take(straight(recording)).pieces() if len(piece) >= size // 2]
+    found = [swing_angles(piece) for piece in pieces]
+    for name, color in zip(found[0] if found else (), COLORS, strict=False):
+        powers = []
+        for angles in found:
+            length = min(size, len(angles[name]))
+            frequency, power = welch(angles[name], recording.rate_hz, nperseg=length, nfft=size, detrend="linear")
             powers.append(power)
-            weights.append(len(part))
-        if powers:
-            mean = np.average(powers, axis=0, weights=weights)
-            axes.loglog(frequency[1:], np.sqrt(mean[1:]), color=color, lw=1.0, label=name)
+        mean = np.average(powers, axis=0, weights=[len(piece) for piece in pieces])
+        axes.loglog(frequency[1:], np.sqrt(mean[1:]), color=color, lw=1.0, label=name)
     axes.axvspan(0.1, 0.6, color="#eef1f4", lw=0, zorder=0)
     axes.set_title("angles on the legs; compensation band shaded", fontsize=10, color=INK, loc="left")
     dress(axes, "deg / sqrt(Hz)", xlabel="frequency [Hz]")
@@ -122,7 +112,7 @@ def _spectrum(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -
 
 
 def _from_above(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -> None:
-    """Where the bird is below the hook, in rope lengths, on legs and in turns."""
+    """Where the bird is from the hook, over its depth below it, on legs and in turns."""
     right, behind = np.tan(np.radians(angles["rope, side"])), np.tan(np.radians(angles["rope, trail"]))
     legs = straight(recording)
     for rows, color, label in ((~legs, "#b7bec6", "turns"), (legs, COLORS[0], "legs")):

@@ -37,6 +37,10 @@ def report_of(seed: int) -> Report:
     return benchmark([flown("002_diamond", 1000 + seed), flown("002_square", 2000 + seed)], METHODS, seed=seed)
 
 
+LABELS = {"tl16_measured": "Tolles-Lawson, 16 terms"} | {f"tl16_gradient:order={n}": f"N = {n}" for n in range(5)}
+"""Of methods in the tables of docs/tow.md."""
+
+
 def spreads(reports: list[Report]) -> dict[tuple[str, str, str], tuple[float, float]]:
     """Mean and standard deviation over the seeds by score, method and segment."""
     out = {}
@@ -54,8 +58,8 @@ def markdown(found: dict[tuple[str, str, str], tuple[float, float]]) -> str:
     for score in SCORES:
         lines += [f"| {score} | all | {' | '.join(SEGMENTS[1:])} |", "|---" * (len(SEGMENTS) + 1) + "|"]
         for method in METHODS:
-            cells = [f"{mean:.2f} +- {spread:.2f}" for mean, spread in (found[score, method, s] for s in SEGMENTS)]
-            lines.append(f"| {method} | {' | '.join(cells)} |")
+            cells = [f"{mean:.2f} ± {spread:.2f}" for mean, spread in (found[score, method, s] for s in SEGMENTS)]
+            lines.append(f"| {LABELS.get(method, method)} | {' | '.join(cells)} |")
         lines.append("")
     return "\n".join(lines)
 

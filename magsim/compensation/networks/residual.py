@@ -335,8 +335,8 @@ class _Runs:
     ) -> tuple[_Fitted, Outcome]:
         """Fit stage and network on recordings; the best state by the in-band error on the watched ones."""
         owner = self.owner
-        whole, recordings = recordings, reading_rows(recordings, self.sensor)
-        fitted, rest, tutor = self._prepare(whole, recordings)
+        uncut, recordings = recordings, reading_rows(recordings, self.sensor)
+        fitted, rest, tutor = self._prepare(uncut, recordings)
         inputs = [owner.network_inputs(fitted, recording) for recording in recordings]
         targets = [np.column_stack(pair) for pair in zip(rest, tutor, strict=True)]
         pieces = [
@@ -370,7 +370,7 @@ class _Runs:
         return fitted, outcome
 
     def _prepare(
-        self, whole: Sequence[Recording], recordings: Sequence[Recording]
+        self, uncut: Sequence[Recording], recordings: Sequence[Recording]
     ) -> tuple[_Fitted, list[np.ndarray], list[np.ndarray]]:
         """Stage, scales and the untrained network; the standardized rest and what Tolles-Lawson says of it.
 
@@ -379,7 +379,7 @@ class _Runs:
         owner, sensor = self.owner, self.sensor
         truths = [labels(recording, sensor) for recording in recordings]
         fluxgate = pick_fluxgate(recordings, owner.fluxgate)
-        stage = owner.make_stage(fluxgate).fit(whole, sensor=sensor)
+        stage = owner.make_stage(fluxgate).fit(uncut, sensor=sensor)
         first = [stage.interference(recording) for recording in recordings]
         rest = [truth - estimate for truth, estimate in zip(truths, first, strict=True)]
         every = np.concatenate(rest)
@@ -397,7 +397,7 @@ class _Runs:
         fitted = _Fitted(stage, inputs, designs[0].names, standardizer, mean, scale, module)
         said = first
         if owner.tutor > 0.0 and owner.first_stage == "none":
-            tutor = TollesLawson(fluxgate=fluxgate).fit(whole, sensor=sensor)
+            tutor = TollesLawson(fluxgate=fluxgate).fit(uncut, sensor=sensor)
             said = [tutor.interference(recording) for recording in recordings]
         tutors = [(guess - base - mean) / scale for guess, base in zip(said, first, strict=True)]
         return fitted, [(part - mean) / scale for part in rest], tutors

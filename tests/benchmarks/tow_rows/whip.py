@@ -10,7 +10,6 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from magsim.flight.tow.line import Line
 from magsim.scenario.tow import WHIP_G
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, stated
@@ -25,11 +24,11 @@ FLOW_DEG = 45.0
 
 
 @cache
-def whipped(speed_mps: float, part_g: float, period_s: float = PERIOD_S) -> tuple[float, float, float]:
+def whipped(speed_mps: float, part_g: float) -> tuple[float, float, float]:
     """Least and largest tension [N] of a flight, and the largest angle of the flow at the bird [deg]."""
-    line: Line = bird_line()
-    drive = moved(speed_mps, part_g * G0 / (2.0 * math.pi / period_s) ** 2, period_s, axis=2, ease_s=2.0 * period_s)
-    seconds = 8.0 * period_s
+    line = bird_line()
+    drive = moved(speed_mps, part_g * G0 / (2.0 * math.pi / PERIOD_S) ** 2, PERIOD_S, axis=2, ease_s=2.0 * PERIOD_S)
+    seconds = 8.0 * PERIOD_S
     time, rows, tension = states(line, at_rest(line, speed_mps), drive, seconds=seconds, step_hz=STEP_HZ, log_hz=10)
     if not np.isfinite(rows).all():
         return -math.inf, math.inf, 180.0
