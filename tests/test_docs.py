@@ -2,13 +2,11 @@
 
 import re
 import runpy
-from pathlib import Path
 
 import pytest
 
 from magsim import columns
-
-ROOT = Path(__file__).parents[1]
+from tests.support.paths import ROOT
 
 
 def test_every_column_family_is_documented_with_its_role():

@@ -5,13 +5,12 @@ import sys
 import tomllib
 import zipfile
 from importlib.metadata import entry_points, version
-from pathlib import Path
 
 import pytest
 
 import magsim
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text())
 
 

@@ -1,7 +1,6 @@
 """Facts: read strictly, with unit and source, in body axes from the datum."""
 
 import tomllib
-from pathlib import Path
 
 import pytest
 from pydantic import BaseModel, ValidationError
@@ -9,8 +8,9 @@ from pydantic import BaseModel, ValidationError
 from magsim.aircraft.fact import CurveFact, Fact, PlaceFact, RangeFact
 from magsim.aircraft.facts import Facts
 from magsim.units import INCH
+from tests.support.paths import ROOT
 
-FILE = Path(__file__).parents[2] / "aircraft" / "c208b" / "facts.toml"
+FILE = ROOT / "aircraft" / "c208b" / "facts.toml"
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from magsim.aircraft import load_aircraft
-from tests.steel_kinds import ALL_KINDS, BALLAST, ENGINE, FIREWALL, LEG, MOUNT, RAIL, TANK, magnetics, steel
+from tests.support.steel_kinds import ALL_KINDS, BALLAST, ENGINE, FIREWALL, LEG, MOUNT, RAIL, TANK, magnetics, steel
 
 MESH = {"kind": "mesh", "name": "cast", "file": "cast.stl", "body": "solid", "unit_m": 0.001, "axes": "structural"}
 

@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from worlds import World, calibration
 
 from magsim import columns, metrics, signals
 from magsim.benchmark import benchmark
@@ -10,6 +9,7 @@ from magsim.benchmark.anomaly import anomaly, gain
 from magsim.compensation import Compensator, create
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
+from tests.support.worlds import World, calibration
 
 WORLD = World()
 

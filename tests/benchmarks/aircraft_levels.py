@@ -6,9 +6,6 @@ bird also what its swing makes of them in the field of paper 002, for a helicopt
 
 import itertools
 import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 

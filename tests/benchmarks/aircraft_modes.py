@@ -6,9 +6,6 @@ autopilot off; the eigenvalues are those of the longitudinal and of the lateral 
 
 import math
 import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import jsbsim
 import numpy as np

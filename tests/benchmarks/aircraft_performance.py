@@ -7,9 +7,6 @@ with the propeller's thrust, fuel flow and stall from flights of the turboprop i
 import math
 import sys
 from dataclasses import replace
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from scipy.optimize import minimize_scalar
 

@@ -8,9 +8,6 @@ the Tolles-Lawson terms.
 import argparse
 import statistics
 import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 

@@ -5,10 +5,6 @@ circuit 1 by the fluxgate and judged on circuit 2, for the drone on one flight a
 """
 
 import argparse
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from magsim import columns, metrics
 from magsim.compensation import TollesLawson

@@ -4,11 +4,6 @@ Run ``python tests/benchmarks/field_accuracy.py [--json] [--only earth,skin]``. 
 own rows; the meshes here are finer than those of the tests, so a whole run takes a minute or two.
 """
 
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
 from tests.benchmarks import field_rows
 from tests.benchmarks.rows import collect
 

@@ -7,15 +7,11 @@ several runs over the shipped calibration flight with two sensors and every part
 import argparse
 import os
 import statistics
-import sys
 import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
 from magsim.field import compute_field, load_response
 from magsim.field.composition import parts_on
 from magsim.flight import fly

@@ -5,11 +5,7 @@ one is flown.
 """
 
 import argparse
-import sys
 from collections.abc import Iterator
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 from pydantic import ValidationError

@@ -15,12 +15,9 @@ import argparse
 import math
 import multiprocessing
 import statistics
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 

@@ -6,12 +6,9 @@ loop gains are left out: one run warms everything up before the clock starts.
 
 import argparse
 import statistics
-import sys
 import tempfile
 import time
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from magsim.flight import bare_run
 from magsim.scenario import load_scenario

@@ -21,13 +21,11 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
 from magsim.errors import MagsimError
 from magsim.recording import file, read_recordings
 from magsim.storage import vetting
 from tests.benchmarks.rows import at_least, at_most, finish, stated
-from tests.crafted import CANARY, crafted, digest_of, mutate, recording
+from tests.support.crafted import CANARY, crafted, digest_of, mutate, recording
 
 LIMIT_S = vetting.VET_TIMEOUT_S + 10.0
 BATCH = 100

@@ -14,8 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
 from magsim.errors import DataError
 from magsim.recording.verify import verify
 from magsim.storage import atomic_write

@@ -5,10 +5,6 @@ circuit 1 and judged on circuit 2, in 0.1 to 0.6 Hz.
 """
 
 import argparse
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 

@@ -4,11 +4,6 @@ Run ``python tests/benchmarks/tow_accuracy.py [--json] [--only steady,speed]``. 
 rows; a whole run takes about two minutes.
 """
 
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
 from tests.benchmarks import tow_rows
 from tests.benchmarks.rows import collect
 

@@ -9,12 +9,8 @@ heading: means over the seeds with their standard deviations. The ground is the 
 """
 
 import argparse
-import sys
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from magsim.benchmark import Report, benchmark
 from magsim.recording import Recording

@@ -6,7 +6,6 @@ each with its own stream, into arrays that are kept. The file is in the cache of
 """
 
 import argparse
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -14,8 +13,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from magsim.recording import Recording, write_recordings
 from magsim.recording.windows import Windows

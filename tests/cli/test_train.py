@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from worlds import World, calibration
 
 from magsim.cli import main
 from magsim.cli import progress as module
+from tests.support.worlds import World, calibration
 
 CONFIG = """\
 method = "bp"

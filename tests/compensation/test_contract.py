@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from worlds import World, calibration, parts
 
 from magsim.compensation import Compensator, create, load, names, parse_method, register
 from magsim.compensation import registry as registry_module
 from magsim.errors import DataError, RequestError
+from tests.support.worlds import World, calibration, parts
 
 QUICK = {"steps": 40, "every": 10, "batch": 4, "hold_out": "legs"}
 METHODS = {

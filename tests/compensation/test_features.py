@@ -2,10 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from worlds import VECTOR, calibration
 
 from magsim.compensation.features import Inputs, Standardizer, attitude, design, spans, time_derivative, tolles_lawson
 from magsim.errors import DataError, RequestError
+from tests.support.worlds import VECTOR, calibration
 
 INPUTS = Inputs("cabin")
 

@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from worlds import EXACT, FIELD_NT, World, calibration, parts
 
 from magsim import metrics
 from magsim.benchmark import benchmark
@@ -14,6 +13,7 @@ from magsim.compensation.features import Inputs, tolles_lawson
 from magsim.compensation.gradient import gradient
 from magsim.compensation.tolles_lawson import in_band
 from magsim.errors import DataError, RequestError
+from tests.support.worlds import EXACT, FIELD_NT, World, calibration, parts
 
 COEFFICIENTS = np.concatenate(
     [

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from worlds import EXACT, World, calibration, parts
 
 from magsim import metrics
 from magsim.compensation import create
@@ -15,6 +14,7 @@ from magsim.compensation.networks.holdout import blocks
 from magsim.compensation.networks.residual import enough_steps
 from magsim.errors import DataError, RequestError
 from magsim.training import Outcome
+from tests.support.worlds import EXACT, World, calibration, parts
 
 PAPER = World(eddy_tau_s=0.01)
 """Fixed dipoles, induced, eddies of 10 ms, fluxgate beside the sensor, white noise."""

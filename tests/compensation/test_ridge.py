@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from worlds import VECTOR, calibration, parts
 
 from magsim.compensation.features import Inputs, design
 from magsim.compensation.ridge import LAMBDAS, fit_ridge
 from magsim.compensation.tolles_lawson import in_band
+from tests.support.worlds import VECTOR, calibration, parts
 
 
 def test_equals_least_squares_on_exact_data():

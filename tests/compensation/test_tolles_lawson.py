@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
-from worlds import EDDY_S, EXACT, FIELD_NT, INDUCED, PERMANENT_NT, VECTOR, World, calibration, parts
 
 from magsim import metrics, signals
 from magsim.compensation import TollesLawson, create
 from magsim.errors import DataError, RequestError
+from tests.support.worlds import EDDY_S, EXACT, FIELD_NT, INDUCED, PERMANENT_NT, VECTOR, World, calibration, parts
 
 
 def fitted(world, seed=0, **params):

@@ -20,6 +20,7 @@ from magsim.experiments.datasets import fly as flying
 from magsim.experiments.datasets import samples, statistics
 from magsim.experiments.datasets.samples import SAMPLES
 from magsim.recording import Recording, read_recordings, write_recordings
+from tests.support.paths import ROOT
 
 SCENARIO = """\
 schema = 1
@@ -430,7 +431,7 @@ def test_a_build_that_is_killed_leaves_nothing_half_and_nobody_running(made, her
         "threading.Thread(target=tell, daemon=True).start()\n"
         "main(['dataset', 'build', './tiny', '-o', 'other', '--jobs', '2', '-q'])"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     builder = subprocess.Popen(
         [sys.executable, "-c", code], cwd=here, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )

@@ -9,7 +9,7 @@ from magsim.field.meshes import Surface, Tetrahedra, ball, boundary, cylinder
 from magsim.field.shapes import graded, loft, mirrored, plate, strip, tube
 from magsim.field.soundness import check_surface
 from magsim.field.steel import steel_parts
-from tests.steel_kinds import ALL_KINDS, steel
+from tests.support.steel_kinds import ALL_KINDS, steel
 
 BENT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.5, 0.0], [1.5, 0.5, 1.0]])
 LENGTH = 2.0 + np.sqrt(0.5)

@@ -15,8 +15,8 @@ from magsim.field.meshfile import MAX_TRIANGLES
 from magsim.field.steel import MAX_PANELS, SteelModel, load_steel
 from magsim.units import MU0
 from tests.field.test_meshfile import exported
-from tests.steel_kinds import ALL_KINDS, BALLAST, FIREWALL, LEG, MOUNT, RAIL, TANK, magnetics
-from tests.truth import bodies
+from tests.support import bodies
+from tests.support.steel_kinds import ALL_KINDS, BALLAST, FIREWALL, LEG, MOUNT, RAIL, TANK, magnetics
 
 FACTS = load_aircraft("c208b").facts
 BALL = {"kind": "mesh", "name": "ball", "file": "ball.stl", "body": "solid", "unit_m": 1.0, "axes": "body"}

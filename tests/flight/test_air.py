@@ -7,7 +7,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +20,7 @@ from magsim.flight.plant import Plant, Setup
 from magsim.scenario import Air, Gust, LinearShear, LogShear, RandomGusts, Scenario
 from magsim.trajectory import Flight
 from magsim.units import FT
+from tests.support.paths import ROOT
 
 ScenarioOf = Callable[..., Scenario]
 
@@ -238,10 +238,9 @@ def gusty(cessna: Aircraft, scenario_of: ScenarioOf) -> Flight:
 
 def test_another_process_flies_the_same_air(gusty: Flight, scenario_of: ScenarioOf) -> None:
     text = scenario_of(SHORT, air=GUSTY).model_dump_json(by_alias=True)
-    root = Path(__file__).parents[2]
-    environment = os.environ | {"PYTHONPATH": str(root)}
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run(
-        [sys.executable, "-c", CHILD, text], check=True, capture_output=True, text=True, env=environment, cwd=root
+        [sys.executable, "-c", CHILD, text], check=True, capture_output=True, text=True, env=environment, cwd=ROOT
     )
     assert done.stdout.strip() == digest(gusty)
 

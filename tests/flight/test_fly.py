@@ -19,6 +19,7 @@ from magsim.flight import bare_run, fly
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario, load_scenario
 from magsim.trajectory import Flight
+from tests.support.paths import ROOT
 
 ScenarioOf = Callable[..., Scenario]
 ANGLES = {"roll": 0, "pitch": 1, "yaw": 2}
@@ -246,14 +247,13 @@ def test_the_same_flight_has_the_same_bytes(cessna: Aircraft, scenario_of: Scena
     first = digest(fly(rough, cessna))
     assert digest(fly(rough, cessna)) == first
     # Another process, other threads and time zone, an empty cache, another folder.
-    root = Path(__file__).parents[2]
     env = os.environ | {
         "OMP_NUM_THREADS": "2",
         "OPENBLAS_NUM_THREADS": "2",
         "TZ": "Pacific/Auckland",
         "XDG_CACHE_HOME": str(tmp_path / "cache"),
         "MAGSIM_CACHE": str(tmp_path / "cache"),
-        "PYTHONPATH": str(root),
+        "PYTHONPATH": str(ROOT),
     }
     told = subprocess.run(
         [sys.executable, "-c", CHILD, rough.model_dump_json(by_alias=True)],
@@ -321,7 +321,7 @@ def test_a_bare_run_flies_the_same_model(cessna: Aircraft, scenario_of: Scenario
 
 
 def test_the_aircraft_folder_is_left_alone(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
-    folder = Path(__file__).parents[2] / "aircraft"
+    folder = ROOT / "aircraft"
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
     fly(scenario_of({"kind": "box", "leg_m": 2500.0}), cessna)
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before

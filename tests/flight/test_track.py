@@ -16,7 +16,7 @@ from magsim.scenario import LoadedScenario, load_scenario
 from magsim.simulation import simulate
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight
-from tests import tracks
+from tests.support import tracks
 
 HEAD = "t,lat,lon,alt,roll,pitch,heading"
 SCENARIO = """\

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from allan import allan, gauss_markov_allan
 
 from magsim.scenario import Barometer
 from magsim.sensors import baro_columns, true_baro_columns
 from magsim.terrain import Flat, Ground
 from magsim.trajectory import Trajectory
+from tests.support.allan import allan, gauss_markov_allan
 
 RATE_HZ = 10.0
 

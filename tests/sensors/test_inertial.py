@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from allan import allan, gauss_markov_allan
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
@@ -15,6 +14,7 @@ from magsim.scenario import Ins
 from magsim.sensors import Acquisition, inertial_columns
 from magsim.sensors.inertial import accelerometers, gyros, inertial_rate, specific_force
 from magsim.trajectory import Trajectory
+from tests.support.allan import allan, gauss_markov_allan
 
 SPIN = 7.292115e-5
 START, LOG_HZ, DURATION = -3.0, 30.0, 60.0

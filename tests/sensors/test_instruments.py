@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from allan import allan, gauss_markov_allan
 
 from magsim.errors import RequestError
 from magsim.scenario import Cabin, FluxgateSensor, Ins, ScalarSensor
@@ -13,6 +12,7 @@ from magsim.sensors.acquisition import Counter
 from magsim.sensors.noise import white_noise
 from magsim.signals import between, first_order_lag, gauss_markov, window_mean
 from magsim.streams import stream
+from tests.support.allan import allan, gauss_markov_allan
 
 RATE = 120.0
 

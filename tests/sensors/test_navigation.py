@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from allan import allan, gauss_markov_allan
 
 from magsim import columns
 from magsim.earth import ecef_from_geodetic, rot_ne_at
@@ -8,6 +7,7 @@ from magsim.scenario import Ins
 from magsim.sensors import ins_columns, true_columns
 from magsim.sensors.navigation import compass
 from magsim.trajectory import Trajectory
+from tests.support.allan import allan, gauss_markov_allan
 
 ROWS = 6000
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from allan import allan, gauss_markov_allan
 from scipy import signal
 
 from magsim.frames import rot_nb_from_attitude
@@ -11,6 +10,7 @@ from magsim.sensors import Acquisition, fluxgate_columns, ins_columns, scalar_co
 from magsim.sensors.fluxgate import sensing_axes
 from magsim.trajectory import Trajectory
 from magsim.truth import FieldTruth
+from tests.support.allan import allan, gauss_markov_allan
 
 RATE, LONG = 120.0, 1200.0
 

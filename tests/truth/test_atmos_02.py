@@ -8,8 +8,9 @@ import pytest
 from magsim.flight.plant import load_from
 from magsim.flight.rates import INTEGRATORS
 from magsim.units import FT
+from tests.support.paths import REFERENCE_DATA
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data" / "nesc_atmos_02.csv"
+DATA = REFERENCE_DATA / "nesc_atmos_02.csv"
 STEP_S = 0.01
 
 # NASA TM-2015-218675 (trajectory tables of nasa/simupy-flight, NESC_data), reference simulation 01.

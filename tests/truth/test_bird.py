@@ -13,8 +13,8 @@ from magsim.scenario import Tow
 from magsim.streams import stream
 from tests.benchmarks.tow_rows.modes import mode
 from tests.benchmarks.tow_rows.steady import TABLE, balance
-from tests.tows import at_rest, nudged, strongest_mode
-from tests.truth.ropes import AIR, BIRD, air_of, bird_line, body_loads, dense, parts_of
+from tests.support.ropes import AIR, BIRD, air_of, bird_line, body_loads, dense, parts_of
+from tests.support.tows import at_rest, nudged, strongest_mode
 
 
 def test_loads_are_those_of_the_vectors() -> None:

@@ -10,8 +10,9 @@ import pytest
 
 from magsim.earth import decimal_year, decimal_years, ecef_from_geodetic, harmonics, igrf, rot_ne_at
 from magsim.earth.igrf import Model, field_of_model, igrf14
+from tests.support.paths import REFERENCE_DATA
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
+DATA = REFERENCE_DATA
 
 # Computed with IAGA's igrf14syn: test/IGRF14_test_geodetic.txt of JuliaSpace/SatelliteToolboxGeomagneticField.jl.
 # Decimal year, altitude km, colatitude deg, longitude deg (all geodetic, rounded in print); X, Y, Z nT.

@@ -15,7 +15,7 @@ from magsim.field.meshes import (
     icosphere,
     shell_solid,
 )
-from tests.truth import bodies
+from tests.support import bodies
 
 RADIUS, MU = 0.5, 100.0
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.tows import at_rest, body_of, started, states
-from tests.truth.moored import STEP_HZ, towed
-from tests.truth.ropes import AIR, continuous_trail, point_line
+from tests.support.moored import STEP_HZ, towed
+from tests.support.ropes import AIR, continuous_trail, point_line
+from tests.support.tows import at_rest, body_of, started, states
 
 
 @pytest.mark.parametrize(("speed_mps", "mass_kg"), [(25.0, 20.0), (70.0, 80.0)])

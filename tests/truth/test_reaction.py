@@ -8,7 +8,7 @@ import pytest
 from magsim.field.induced import Body, InducedModel, Part, Sheet, Solid
 from magsim.field.meshes import ball, icosphere
 from magsim.field.reaction import dipole_charge
-from tests.truth import bodies
+from tests.support import bodies
 
 RADIUS = 0.5
 POINTS = 1.5 * RADIUS * bodies.directions(30)

@@ -23,8 +23,7 @@ from tests.benchmarks.tow_rows.swings import (
     pendulum_s,
 )
 from tests.benchmarks.tow_rows.whip import whipped
-from tests.tows import at_rest, level, states, tilted
-from tests.truth.ropes import (
+from tests.support.ropes import (
     AIR,
     BIRD,
     ROPE,
@@ -41,6 +40,7 @@ from tests.truth.ropes import (
     parts_of,
     point_line,
 )
+from tests.support.tows import at_rest, level, states, tilted
 
 
 def any_state(line: Line, rng: np.random.Generator) -> np.ndarray:

@@ -11,8 +11,8 @@ from magsim.field.meshes import Surface, Tetrahedra, ball, box_surface, disc_gri
 from magsim.field.reaction import dipole_charge
 from magsim.field.steel import check_apart, steel_parts
 from tests.benchmarks.rows import Row, at_least, at_most, stated
-from tests.steel_kinds import ALL_KINDS, steel
-from tests.truth import bodies
+from tests.support import bodies
+from tests.support.steel_kinds import ALL_KINDS, steel
 
 RADIUS, MU = 0.5, 100.0
 OTTAWA = np.array([18193.0, -4077.0, 49954.0])

@@ -4,7 +4,7 @@ from magsim.aircraft import load_bird
 from magsim.flight.tow.setup import line_of
 from magsim.scenario import Tow
 from tests.benchmarks.rows import Row, stated, within
-from tests.tows import nudged, strongest_mode
+from tests.support.tows import nudged, strongest_mode
 
 ABOVE_HZ = 0.2
 """Faster than the swing under the rope."""

@@ -7,9 +7,9 @@ import numpy as np
 
 from tests.benchmarks.rows import Row, at_most, stated
 from tests.benchmarks.tow_rows.steady import CASES
-from tests.tows import at_rest, body_of, started, states
-from tests.truth.moored import STEP_HZ, towed
-from tests.truth.ropes import AIR, point_line
+from tests.support.moored import STEP_HZ, towed
+from tests.support.ropes import AIR, point_line
+from tests.support.tows import at_rest, body_of, started, states
 
 EASE_S, SECONDS, MEAN_S = 40.0, 100.0, 11.0
 """Start from rest, whole flight, and the swing over which a trail is averaged."""

@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 from magsim.flight.tow.swing import swing
 from tests.benchmarks.rows import Row, at_least
-from tests.tows import at_rest, moved
-from tests.truth.ropes import bird_line
+from tests.support.ropes import bird_line
+from tests.support.tows import at_rest, moved
 
 BATCH = 64
 SINGLE_S, BATCH_S = 600.0, 60.0

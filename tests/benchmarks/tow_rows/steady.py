@@ -10,8 +10,8 @@ from magsim.flight.tow.steady import steady
 from magsim.flight.tow.swing import swing
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most
-from tests.tows import at_rest, level, tilted
-from tests.truth.ropes import AIR, BIRD, ROPE, air_of, bird_line, body_loads, continuous_trail, masses, point_line
+from tests.support.ropes import AIR, BIRD, ROPE, air_of, bird_line, body_loads, continuous_trail, masses, point_line
+from tests.support.tows import at_rest, level, tilted
 
 CASES = ((25.0, 80.0), (70.0, 80.0), (25.0, 20.0), (70.0, 20.0))
 """Speed [m/s] and mass [kg]; drag area 0.06 m^2."""

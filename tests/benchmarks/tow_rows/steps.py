@@ -8,8 +8,8 @@ import numpy as np
 from magsim.flight.tow.line import Line, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, at_most, stated, within
-from tests.tows import at_rest, body_of, level, moved, states
-from tests.truth.ropes import ROPE, bird_line
+from tests.support.ropes import ROPE, bird_line
+from tests.support.tows import at_rest, body_of, level, moved, states
 
 FINEST_HZ, MOST_LINKS = 960, 40
 

@@ -11,8 +11,8 @@ from magsim.earth.gravity import SPIN_RADPS
 from magsim.flight.tow.line import Line, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most, within
-from tests.tows import at_rest, body_of, decay, level, moved, states, strongest_mode, tilted
-from tests.truth.ropes import ROPE, bird_line, compound_period, energy_j, flexible_period, lengths_m, point_line
+from tests.support.ropes import ROPE, bird_line, compound_period, energy_j, flexible_period, lengths_m, point_line
+from tests.support.tows import at_rest, body_of, decay, level, moved, states, strongest_mode, tilted
 
 DECAY = {
     (80.0, 0.06): ((10.97, 0.001), (10.96, 0.011), (10.93, 0.027), (10.84, 0.037), (10.51, 0.050)),

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from magsim.scenario.tow import WHIP_G
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, stated
-from tests.tows import at_rest, moved, states
-from tests.truth.ropes import bird_line
+from tests.support.ropes import bird_line
+from tests.support.tows import at_rest, moved, states
 
 SPEEDS_MPS = (28.0, 40.0, 50.0, 60.0, 75.0)
 PERIOD_S, STEP_HZ = 5.0, 240

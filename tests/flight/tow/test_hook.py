@@ -11,7 +11,7 @@ from magsim.flight.tow.hook import Hook, gusts_n
 from magsim.frames import rotate
 from magsim.scenario import Gusts
 from magsim.trajectory import Trajectory
-from tests.flight.tow.carriers import ALT_M, along_meridian, along_parallel, carrier, circle, times
+from tests.support.carriers import ALT_M, along_meridian, along_parallel, carrier, circle, times
 
 SPIN = 7.292115e-5
 INSIDE = np.linspace(5.0, 15.0, 41)

@@ -11,7 +11,7 @@ from magsim.flight.tow.modes import level_tow, modes
 from magsim.flight.tow.steady import steady
 from magsim.flight.tow.swing import hanging, swing
 from magsim.units import G0
-from tests.truth.ropes import BIRD, ROPE
+from tests.support.ropes import BIRD, ROPE
 
 
 def slow(line: Line, speed: float, density: float = 1.19) -> list:

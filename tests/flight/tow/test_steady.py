@@ -10,8 +10,8 @@ from magsim.flight.tow import chain
 from magsim.flight.tow.line import Line, Rope
 from magsim.flight.tow.steady import steady
 from magsim.units import G0
-from tests.tows import at_rest
-from tests.truth.ropes import AIR, BIRD, ROPE, air_of, bird_line, point_line
+from tests.support.ropes import AIR, BIRD, ROPE, air_of, bird_line, point_line
+from tests.support.tows import at_rest
 
 
 def test_in_still_air_it_hangs_straight_down_from_its_bridle() -> None:

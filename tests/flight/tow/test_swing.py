@@ -12,9 +12,9 @@ from magsim.flight.tow.steady import Steady, steady
 from magsim.flight.tow.swing import Swing, hanging, swing
 from magsim.scenario import Gusts
 from magsim.units import G0
-from tests.flight.tow.carriers import along_parallel
-from tests.tows import at_rest, body_of, level, moved, states
-from tests.truth.ropes import AIR, ROPE, all_nodes, bird_line, parts_of, point_line
+from tests.support.carriers import along_parallel
+from tests.support.ropes import AIR, ROPE, all_nodes, bird_line, parts_of, point_line
+from tests.support.tows import at_rest, body_of, level, moved, states
 
 
 def hook_of(seed: int) -> Hook:

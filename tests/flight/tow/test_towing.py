@@ -20,7 +20,7 @@ from magsim.flight.tow.towing import rope_angles, tow_bird, trajectory
 from magsim.frames import body_rates, rot_nb_from_attitude, rotate
 from magsim.scenario import Tow
 from magsim.trajectory import Flight, Trajectory
-from tests.flight.tow.carriers import (
+from tests.support.carriers import (
     ALT_M,
     along_meridian,
     along_parallel,
@@ -31,7 +31,7 @@ from tests.flight.tow.carriers import (
     scenario,
     times,
 )
-from tests.truth.ropes import ROPE
+from tests.support.ropes import ROPE
 
 FINE_HZ = 120
 

@@ -8,11 +8,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from test_simulation import flight, loaded, truth
 
 from magsim import scenario
 from magsim.simulation import record
 from magsim.terrain import Flat, Ground
+from tests.simulation.test_simulation import flight, loaded, truth
 
 SCALAR = {
     "name": "cabin",

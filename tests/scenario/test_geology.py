@@ -1,7 +1,5 @@
 """Geology from the scenario file to the recording: what is refused, what a file holds, what a base station is for."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,6 +9,7 @@ from magsim.recording import Recording
 from magsim.scenario import load_scenario
 from magsim.signals import band_pass
 from magsim.simulation import simulate
+from tests.support.paths import ROOT
 
 SHORT = ("pattern.lines=1", "pattern.ties=0", "pattern.line_m=4000.0", "recording.train_circuits=[1]")
 
@@ -106,7 +105,7 @@ def test_wrong_settings_are_told(overrides, wanted):
 
 
 def test_a_target_without_a_place_is_refused(tmp_path):
-    text = (Path(__file__).parents[1] / "scenarios" / "geology_c208b.toml").read_text()
+    text = (ROOT / "scenarios" / "geology_c208b.toml").read_text()
     path = tmp_path / "nowhere.toml"
     path.write_text("\n".join(row for row in text.split("\n") if not row.startswith(("north_m = 4", "east_m = 1_470"))))
     with pytest.raises(RequestError, match="no place is told; allowed: either lat_deg and lon_deg"):
@@ -118,7 +117,7 @@ PARTS = ("[field.crust]", "[[field.targets]]", "[field.variation]", "[sensors.ba
 
 def test_own_streams_leave_everything_else_as_it_was(line, tmp_path):
     """Without all of it the flight and the errors of all other instruments are the same to the last bit."""
-    blocks = (Path(__file__).parents[1] / "scenarios" / "geology_c208b.toml").read_text().split("\n\n")
+    blocks = (ROOT / "scenarios" / "geology_c208b.toml").read_text().split("\n\n")
     path = tmp_path / "bare.toml"
     path.write_text("\n\n".join(block for block in blocks if not block.startswith(PARTS)))
     bare = simulate(load_scenario(path, SHORT))

@@ -9,7 +9,7 @@ from magsim import cli
 from magsim.errors import DataError, RequestError
 from magsim.scenario import load_scenario
 from magsim.simulation import simulate
-from tests.towed import TEXT
+from tests.support.towed import TEXT
 
 
 @pytest.fixture

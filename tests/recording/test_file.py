@@ -21,7 +21,8 @@ from magsim.recording.verify import verify
 from magsim.storage import hdf5, vetting
 from magsim.storage.seal import SEAL_BYTES, seal_state
 from tests.benchmarks.hostile_files import Watch, read_apart, write_mutated
-from tests.crafted import crafted, digest_of, recording
+from tests.support.crafted import crafted, digest_of, recording
+from tests.support.paths import ROOT
 
 N = 200
 META = {
@@ -85,8 +86,8 @@ def test_a_text_that_is_too_long_for_an_attribute_is_kept(tmp_path):
 
 def test_the_same_recording_gives_the_same_bytes_in_another_process_at_another_time(path, tmp_path):
     code = (
-        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "import test_recording_io as t; t.make().write('again.h5')"
+        f"import sys; sys.path.insert(0, {str(ROOT)!r})\n"
+        "from tests.recording import test_file as t; t.make().write('again.h5')"
     )
     time.sleep(1.05)  # HDF5 stamps seconds
     environment = {**os.environ, "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "7"}
@@ -470,18 +471,17 @@ def test_hostile_files_do_no_harm(tmp_path):
 def test_a_writer_that_is_killed_leaves_no_target_or_a_whole_one(tmp_path):
     """Kills ``write_recordings`` itself; tests/benchmarks/killed_generate.py does the same to ``magsim generate``."""
     code = (
-        "import sys, test_recording_io as t\n"
+        "import sys\nfrom tests.recording import test_file as t\n"
         "from pathlib import Path\n"
         "flights = [t.make(str(i)) for i in range(20)]\n"
         "print('go', flush=True)\n"
         "for i in range(1000): t.write_recordings(Path(sys.argv[1]), flights, force=True)"
     )
-    folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
     rng = np.random.default_rng(6)
     target = tmp_path / "shard.h5"
     for wait_s in rng.uniform(0.0, 0.25, 3):
         command = [sys.executable, "-c", code, str(target)]
-        writer = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": folders}, stdout=subprocess.PIPE)
+        writer = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE)
         writer.stdout.readline()
         time.sleep(wait_s)
         writer.kill()

@@ -10,7 +10,7 @@ from magsim.flight.tow.chain import advance
 from magsim.flight.tow.line import Line
 from magsim.flight.tow.steady import steady
 from magsim.flight.tow.swing import hanging
-from tests.truth.ropes import AIR, air_of
+from tests.support.ropes import AIR, air_of
 
 Drive = Callable[[np.ndarray], np.ndarray]
 

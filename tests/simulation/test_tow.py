@@ -17,8 +17,9 @@ from magsim.errors import RequestError
 from magsim.recording import Recording
 from magsim.scenario import load_scenario
 from magsim.simulation import simulate
-from tests import worlds
-from tests.towed import TEXT
+from tests.support import worlds
+from tests.support.paths import ROOT
+from tests.support.towed import TEXT
 
 SCALARS = ("above", "below", "boom")
 OWN = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics")
@@ -248,7 +249,7 @@ def test_the_same_scenario_gives_the_same_bytes_on_one_thread_and_two(here: Path
         "OPENBLAS_NUM_THREADS": "2",
         "TZ": "Pacific/Auckland",
         "PYTHONHASHSEED": "5",
-        "PYTHONPATH": str(Path(__file__).parents[1]),
+        "PYTHONPATH": str(ROOT),
     }
     command = [sys.executable, "-m", "magsim", "generate", "tow.toml", "-q"]
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=env)

@@ -11,6 +11,7 @@ import pytest
 
 from magsim.errors import RequestError
 from magsim.storage import atomic_folder, check_folder_target
+from tests.support.paths import ROOT
 
 
 def names(folder: Path) -> list[str]:
@@ -90,7 +91,7 @@ def test_what_a_killed_writer_left_is_swept_and_what_a_living_one_writes_is_not(
         "atomic_folder(Path(sys.argv[1]), write)"
     )
     target = tmp_path / "set"
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     writers = [
         subprocess.Popen([sys.executable, "-c", code, str(target)], stdout=subprocess.PIPE, env=environment)
         for _ in range(2)
@@ -124,7 +125,7 @@ def test_what_stood_there_comes_back_where_a_writer_was_killed_between_two_renam
         "Path.rename = die\n"
         "atomic_folder(Path(sys.argv[1]), lambda f: (f / 'a.txt').write_text('new'), force=True)"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     killed = subprocess.run([sys.executable, "-c", code, str(target)], env=environment, check=False)
     assert killed.returncode == 9
     assert not target.exists()
@@ -141,7 +142,7 @@ def test_a_writer_that_is_killed_leaves_no_target_or_a_whole_one(tmp_path):
         "print('go', flush=True)\n"
         "for i in range(100000): atomic_folder(Path(sys.argv[1]), write, force=True)"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     target = tmp_path / "set"
     for wait_s in np.random.default_rng(7).uniform(0.0, 0.2, 4):
         command = [sys.executable, "-c", code, str(target)]

@@ -1,7 +1,7 @@
 """A logged track made from formulas, as the shipped scenario ``patterns/track`` carries it.
 
-``python -m tests.tracks FILE`` writes it. Two legs of 70 s joined by a half turn, with roll, pitch and yaw swings on
-each; heights above the sea in feet, as flight recorders write them.
+``python -m tests.support.tracks FILE`` writes it. Two legs of 70 s joined by a half turn, with roll, pitch and yaw
+swings on each; heights above the sea in feet, as flight recorders write them.
 """
 
 import sys
@@ -70,7 +70,7 @@ def write_csv(path: Path) -> None:
     """Write the file: angles to 1e-5 deg, places to 1e-8 deg, heights to 0.01 ft."""
     table = track(np.arange(0.0, 2.0 * LEG_S + TURN_S + 1e-9, 1.0 / RATE_HZ))
     formats = ("%.1f", "%.8f", "%.8f", "%.2f", "%.5f", "%.5f", "%.5f", "%.0f", "%.0f")
-    lines = ["# Made by tests/tracks.py: two legs and a half turn, 10 rows a second", ",".join(table)]
+    lines = ["# Made by tests/support/tracks.py: two legs and a half turn, 10 rows a second", ",".join(table)]
     for row in zip(*table.values(), strict=True):
         lines.append(",".join(form % (value + 0.0) for form, value in zip(formats, row, strict=True)))
     path.write_text("\n".join(lines) + "\n")

@@ -1,0 +1,1 @@
+"""Helpers of the tests: worlds with known truth, carriers, ropes, crafted files."""
