@@ -104,7 +104,7 @@ def changed_scores(old: Scores, new: Scores) -> list[Key]:
         if key not in old or key not in new:
             return False
         a, b = old[key], new[key]
-        if a == b or (a != a and b != b):
+        if np.array_equal(a, b, equal_nan=True):
             return True
         return key[1] not in NETWORKS and abs(a - b) <= CLOSED_FORM_TOLERANCE * abs(a)
 
