@@ -4,25 +4,20 @@ import numpy as np
 
 
 def readonly(array: np.ndarray) -> np.ndarray:
-    """The values as C-ordered float64 that nobody can write to.
+    """Return the values as C-ordered float64 in memory that cannot be written to.
 
-    Copies whatever somebody else could still change: a writable array, or a read-only view of one. An array that
-    is read-only down to its memory is taken as it is, so a maker of large arrays may hand one over by clearing
-    ``flags.writeable`` on the array that owns the memory.
+    The memory is an immutable ``bytes`` object, so that setting ``flags.writeable`` is an error and not a way around.
+    An array that came from here, or a contiguous view of one, is returned without a copy.
     """
     out = np.ascontiguousarray(array, dtype=float)
-    fresh = out is not array and out.base is None
-    if not fresh and _changeable(out):
-        out = out.copy()
-    out.flags.writeable = False
-    return out
+    if _is_immutable(out):
+        return out
+    return np.ndarray(out.shape, dtype=float, buffer=out.tobytes())
 
 
-def _changeable(array: np.ndarray) -> bool:
-    """Whether the memory can be written through this array or through one that it is a view of."""
+def _is_immutable(array: np.ndarray) -> bool:
+    """Whether the array lies in a ``bytes`` object."""
     owner: object = array
     while isinstance(owner, np.ndarray):
-        if owner.flags.writeable:
-            return True
         owner = owner.base
-    return owner is not None and not isinstance(owner, bytes)
+    return isinstance(owner, bytes)

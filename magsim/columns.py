@@ -322,8 +322,8 @@ def find(name: str) -> Family | None:
     return next((family for family in FAMILIES if family.match(name) is not None), None)
 
 
-def role_of(name: str) -> str:
-    """Role of a column.
+def family_of(name: str) -> Family:
+    """Return the family of a column.
 
     Raises
     ------
@@ -334,7 +334,12 @@ def role_of(name: str) -> str:
     if family is None:
         msg = f"no column family has the name {name!r}"
         raise KeyError(msg)
-    return family.role
+    return family
+
+
+def role_of(name: str) -> str:
+    """Return the role of a column; see ``family_of`` for what it raises."""
+    return family_of(name).role
 
 
 def sensors_of(names: Iterable[str], family: Family) -> tuple[str, ...]:

@@ -4,23 +4,23 @@ import pytest
 from magsim.arrays import readonly
 
 
-def test_a_writable_array_is_copied():
+@pytest.mark.parametrize("view", [lambda a: a, lambda a: a[1:], lambda a: a[:, None]])
+def test_values_stay_when_the_source_changes(view):
     source = np.arange(6.0)
-    kept = readonly(source)
-    source[0] = 99.0
-    assert kept[0] == 0.0
-    with pytest.raises(ValueError, match="read-only"):
-        kept[0] = 1.0
+    kept = readonly(view(source))
+    expected = kept.copy()
+    source[:] = 99.0
+    np.testing.assert_array_equal(kept, expected)
     assert source.flags.writeable
 
 
-def test_a_read_only_view_of_a_writable_array_is_copied():
+def test_a_read_only_array_that_owns_its_memory_is_copied():
     source = np.arange(6.0)
-    view = source[1:]
-    view.flags.writeable = False
-    kept = readonly(view)
-    source[1] = 99.0
-    assert kept[0] == 1.0
+    source.flags.writeable = False
+    kept = readonly(source)
+    source.flags.writeable = True
+    source[0] = 99.0
+    assert kept[0] == 0.0
 
 
 def test_foreign_memory_is_copied():
@@ -32,18 +32,31 @@ def test_foreign_memory_is_copied():
     assert kept[0] == 0.0
 
 
-def test_what_nobody_can_change_is_shared():
-    source = np.arange(6.0)
-    source.flags.writeable = False
+@pytest.mark.parametrize("part", [lambda a: a, lambda a: a[2:], lambda a: a.reshape(2, 3), lambda a: a.view()])
+def test_there_is_no_way_to_make_it_writable(part):
+    kept = part(readonly(np.arange(6.0)))
+    with pytest.raises(ValueError, match="read-only"):
+        kept[0] = 1.0
+    with pytest.raises(ValueError, match="cannot set WRITEABLE flag"):
+        kept.flags.writeable = True
+    with pytest.raises(ValueError, match="cannot set WRITEABLE flag"):
+        kept.setflags(write=True)
+
+
+def test_an_immutable_array_is_shared():
+    source = readonly(np.arange(6.0))
     assert np.shares_memory(readonly(source), source)
     assert np.shares_memory(readonly(source[2:]), source)
     assert readonly(readonly([1, 2])).tolist() == [1.0, 2.0]
 
 
-@pytest.mark.parametrize("source", [[1, 2, 3], np.arange(3), np.arange(6.0)[::2], np.ones((3, 2), order="F")])
+@pytest.mark.parametrize(
+    "source", [[1, 2, 3], np.arange(3), np.arange(6.0)[::2], np.ones((3, 2), order="F"), np.zeros((0, 3)), []]
+)
 def test_always_c_ordered_float64(source):
     kept = readonly(source)
     assert kept.dtype == np.float64
     assert kept.flags.c_contiguous
+    assert kept.flags.aligned
     assert not kept.flags.writeable
     np.testing.assert_array_equal(kept, source)

@@ -1,57 +1,67 @@
-"""The contract of every compensator: fit on labeled recordings, put out the interference of blind ones."""
+"""The contract of every compensator: fit on labeled rows, estimate the interference of blind ones."""
 
-import inspect
-import json
-import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from io import BytesIO
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, final
-from zipfile import BadZipFile
+from typing import Any, ClassVar, Self, final
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ValidationError, create_model
+from pydantic import BaseModel
 
 from magsim import __version__, columns
-from magsim.compensation import features
-from magsim.config import Strict
-from magsim.config.keys import show
-from magsim.config.wording import complaints
+from magsim.compensation import saving
+from magsim.compensation.columns import require
+from magsim.compensation.parameters import check_parameters, parameters_of, settings_model
+from magsim.compensation.saving import State
+from magsim.dataset import Data, Training, flights_of, training_rows
 from magsim.errors import DataError, RequestError
-from magsim.recording import Recording
-from magsim.storage import atomic_write
+from magsim.recording import MissingColumnError, Recording
 
-SETTINGS, ARRAYS = "compensator.json", "arrays.npz"
-FORMAT = 1
+
+@dataclass(frozen=True)
+class FitContext:
+    """What surrounds a fit and is none of its data.
+
+    Attributes
+    ----------
+    seed : int
+        Of all random choices.
+    progress : callable, optional
+        Called now and then with a ``magsim.training.Progress`` by methods that train.
+    checkpoint : Path, optional
+        Folder for the state of methods that train; they continue from what it holds.
+    """
+
+    seed: int = 0
+    progress: Callable[[Any], None] | None = None
+    checkpoint: Path | None = None
 
 
 class Compensator(ABC):
-    """A method that learns the interference of an aircraft and predicts it from other instruments.
+    """A method that learns the interference of an aircraft and estimates it from other instruments.
 
-    The manners are those of scikit-learn: the constructor only stores its parameters, what ``fit`` learns ends in an
-    underscore, and ``type(c)(**c.get_params())`` is an unfitted copy. Recordings come whole or with rows left out;
-    time tags tell where a piece ends, and no method looks across such a gap.
-
-    ``fit`` leaves out the rows in which the magnetometer does not read (``Recording.reads``). A filter would spread
-    what is held there, so one that learns from the reading cuts it first (``reading_rows``); labels are right there
-    too, and only the rows themselves are left out. ``interference`` needs no reading: it has a value for every row.
+    A method of your own is a subclass with two functions: ``learn`` and ``estimate``. The manners are those of
+    scikit-learn: the constructor only stores its parameters under their names, what ``learn`` finds is kept in
+    attributes that end in an underscore, and ``type(c)(**c.get_params())`` is an unfitted copy. A method whose findings
+    are more than arrays and plain values gives ``state`` and ``set_state`` as well.
 
     Attributes
     ----------
     name : str
-        Name in the registry.
+        Name in the registry and in tables.
     requires : tuple of str
-        Patterns of the column families that ``interference`` reads. A method that needs the scalar reading itself
-        must list it here.
+        Patterns of the column families that ``estimate`` reads (``magsim.columns``): it is given no others. A method
+        that needs the scalar reading itself must list it here.
     causal : bool
         Whether the estimate at a time needs nothing that comes later, but for the one row of a central difference.
     warmup_s : float [s]
         Time at the start of each piece in which the estimate may be NaN.
-    resumable : bool
-        Whether ``fit`` also takes ``progress`` (a callable) and ``checkpoint`` (a folder).
     presets : mapping
         Named sets of parameters.
+    settings_type : type, optional
+        A frozen dataclass whose fields are the parameters, for methods with many: the constructor takes them by keyword
+        and keeps one in ``settings``.
     sensor_ : str
         The scalar magnetometer that was fitted.
     """
@@ -60,35 +70,44 @@ class Compensator(ABC):
     requires: tuple[str, ...] = ()
     causal: bool = True
     warmup_s: float = 0.0
-    resumable: ClassVar[bool] = False
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {}
+    settings_type: ClassVar[type | None] = None
+    settings: Any
     sensor_: str
 
+    # ---- what a method gives ----------------------------------------------------------------------------------
+
     @abstractmethod
-    def fit(self, train: Sequence[Recording], *, sensor: str, valid: Sequence[Recording] = (), seed: int = 0) -> Self:
-        """Learn from labeled recordings.
+    def learn(self, training: Training, context: FitContext) -> None:
+        """Learn from labeled rows.
+
+        Rows in which the magnetometer does not read (``Recording.reads``) must not be learned. A filter would spread
+        what is held there, so a method that learns from the reading cuts it first (``targets.reading_rows``); labels
+        are right there too, and only the rows themselves are left out. No method may look across a gap in time.
 
         Parameters
         ----------
-        train, valid : sequence of Recording
-            ``Recording.labeled()`` copies: inputs, labels, segments. ``valid`` may guide when to stop and how large
-            to be; a method without such choices may learn from it too.
-        sensor : str
-            Name of the scalar magnetometer.
-        seed : int
-            Seed of all random choices.
+        training : Training
+            Labeled recordings, which of their rows are for validation, and the name of the magnetometer.
+        context : FitContext
+            Seed, progress, checkpoint.
 
         Raises
         ------
         RequestError
-            If a parameter, the sensor or a column is not there.
+            If a parameter or a column is missing.
         DataError
             If the recordings are too short or not finite.
         """
 
     @abstractmethod
-    def interference(self, recording: Recording) -> np.ndarray:
-        """Estimate the interference from a ``Recording.blind()`` copy.
+    def estimate(self, recording: Recording) -> np.ndarray:
+        """Estimate the interference.
+
+        Parameters
+        ----------
+        recording : Recording
+            A blind copy with the column families of ``requires`` alone.
 
         Returns
         -------
@@ -96,91 +115,128 @@ class Compensator(ABC):
             NaN in the declared warm-up of each piece only.
         """
 
-    @final
-    def compensate(self, recording: Recording) -> np.ndarray:
-        """Scalar reading minus the estimated interference, (n,) [nT]."""
-        features.require(recording, [columns.MAG.name(sensor=self.sensor_)])
-        return recording[columns.MAG.name(sensor=self.sensor_)] - self.interference(recording)
-
-    def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """What ``fit`` learned: plain values for JSON, and arrays.
-
-        By default every attribute whose name ends in an underscore.
+    def state(self) -> State:
+        """Return what was learned, for files: by default every attribute whose name ends in an underscore.
 
         Raises
         ------
         RequestError
             If one of them is neither an array of numbers nor a plain value.
         """
-        values, arrays = {}, {}
-        for name, value in vars(self).items():
-            if not name.endswith("_") or name.startswith("_") or name == "sensor_":
-                continue
-            if isinstance(value, np.ndarray) and value.dtype.kind in "biufc":
-                arrays[name] = value
-            elif isinstance(value, bool | int | float | str | None):
-                values[name] = value
-            else:
-                msg = (
-                    f"method {self.name} cannot be saved: {name} is of type {type(value).__name__}; allowed: arrays of "
-                    "numbers and plain values, or own methods _learned and _restore"
-                )
-                raise RequestError(msg)
-        return values, arrays
+        return saving.state_of(self, self.name)
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Take back what ``_learned`` gave; a ``KeyError`` or ``ValueError`` says that the file is broken."""
-        for name, value in {**values, **arrays}.items():
-            if not name.endswith("_") or name.startswith("_"):
-                msg = f"{name!r} is nothing that fit learns"
-                raise ValueError(msg)
-            setattr(self, name, value)
+    def set_state(self, state: State) -> None:
+        """Take back what ``state`` returned; a ``KeyError`` or ``ValueError`` means that the file is broken."""
+        saving.set_attributes(self, state)
 
-    def _save_more(self, folder: Path) -> None:  # noqa: B027 - most methods have no files of their own
-        """Write files of the method's own beside the settings and arrays."""
-
-    def _load_more(self, folder: Path) -> None:  # noqa: B027
-        """Read what ``_save_more`` wrote; called after ``_restore``."""
+    # ---- what users call --------------------------------------------------------------------------------------
 
     @final
-    @classmethod
-    def settings_model(cls) -> type[BaseModel]:
-        """Strict model of the constructor's parameters, from its annotations and defaults."""
-        # TOML and JSON know lists alone
-        as_tuple = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
-        fields = {p.name: (Annotated[p.annotation, as_tuple], p.default) for p in cls._parameters()}
-        return create_model(f"{cls.__name__}Settings", __base__=Strict, **fields)  # type: ignore[call-overload]
+    def fit(self, data: Data, *, sensor: str | None = None, context: FitContext | None = None) -> Self:
+        """Fit the method.
 
-    @classmethod
-    def _parameters(cls) -> list[inspect.Parameter]:
-        """Named parameters of the constructor, without ``self`` and without what ``object`` takes."""
-        kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-        parameters = inspect.signature(cls.__init__, eval_str=True).parameters.values()
-        return [p for p in parameters if p.name != "self" and p.kind in kinds]
-
-    @final
-    @classmethod
-    def check_params(cls, params: Mapping[str, object], owner: str = "") -> dict[str, object]:
-        """Checked parameters with their defaults filled in.
+        Parameters
+        ----------
+        data : Recording, Dataset, Path, str, or several of them
+            Of recordings with a column ``split`` the rows ``train`` and ``valid`` are learned, else all rows.
+        sensor : str, optional
+            The scalar magnetometer; the first one of the first recording if not given.
+        context : FitContext, optional
+            Seed, progress, checkpoint.
 
         Raises
         ------
         RequestError
-            With one line for each parameter that is unknown or has a value that is not allowed.
+            If a parameter, the sensor or a column is missing, or there is no training row.
+        DataError
+            If the recordings are too short or not finite.
         """
-        table = dict(params)
-        model = cls.settings_model()
+        return self.fit_rows(training_rows([info.read() for info in flights_of(data)], sensor), context)
+
+    @final
+    def fit_rows(self, training: Training, context: FitContext | None = None) -> Self:
+        """Fit the method to training rows that have been taken already; see ``fit``."""
+        self.__dict__.pop("sensor_", None)
+        check_parameters(type(self), self.get_params(), self.name)
+        for recording in training.recordings:
+            self._require(recording)
+        self.learn(training, context or FitContext())
+        self.sensor_ = training.sensor
+        return self
+
+    @final
+    def interference(self, recording: Recording) -> np.ndarray:
+        """Estimate the interference of a recording from the columns that the method requires.
+
+        Returns
+        -------
+        (n,) [nT]
+            NaN in the declared warm-up of each piece only.
+
+        Raises
+        ------
+        RequestError
+            If the method is not fitted, or a column is missing.
+        DataError
+            If the estimate has another shape.
+        """
+        self.check_fitted()
+        self._require(recording)
+        visible = recording.blind(self.requires)
         try:
-            return dict(model.model_validate(table))
-        except ValidationError as error:
-            found = complaints(error, model, table)
-            msg = "\n".join(f"method {owner or cls.name!s}: {show(c.path)}: {c.text}" for c in found)
+            estimate = np.asarray(self.estimate(visible), dtype=float)
+        except MissingColumnError as error:
+            needs = ", ".join(self.requires) or "none"
+            msg = f"method {self.name}: {error}; estimate is given the column families of requires alone: {needs}"
             raise RequestError(msg) from None
+        if estimate.shape != (len(recording),):
+            msg = f"method {self.name} returned shape {estimate.shape} for {len(recording)} rows"
+            raise DataError(msg)
+        return estimate
+
+    @final
+    def compensate(self, recording: Recording) -> np.ndarray:
+        """Return the scalar reading minus the estimated interference, (n,) [nT]."""
+        self.check_fitted()
+        require(recording, [columns.MAG.name(sensor=self.sensor_)])
+        return recording[columns.MAG.name(sensor=self.sensor_)] - self.interference(recording)
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether the method has been fitted."""
+        return hasattr(self, "sensor_")
+
+    @final
+    def check_fitted(self) -> None:
+        """Refuse a method that is not fitted.
+
+        Raises
+        ------
+        RequestError
+        """
+        if not self.is_fitted:
+            msg = f"method {self.name} is not fitted yet: call fit first"
+            raise RequestError(msg)
+
+    def _require(self, recording: Recording) -> None:
+        """Refuse a recording that has no column of a required family."""
+        has = {columns.family_of(name).pattern for name in recording.data}
+        for pattern in self.requires:
+            if pattern not in has:
+                msg = f"recording {recording.name!r} has no column {pattern}, which method {self.name} requires"
+                raise RequestError(msg)
+
+    @final
+    @classmethod
+    def settings_model(cls) -> type[BaseModel]:
+        """Return a strict model of the parameters, from their annotations and defaults."""
+        return settings_model(cls)
 
     @final
     def get_params(self) -> dict[str, Any]:
-        """Parameters as they were given to the constructor."""
-        return {parameter.name: getattr(self, parameter.name) for parameter in self._parameters()}
+        """Return the parameters as they were given to the constructor."""
+        holder = self if self.settings_type is None else self.settings
+        return {parameter.name: getattr(holder, parameter.name) for parameter in parameters_of(type(self))}
 
     @final
     def set_params(self, **params: object) -> Self:
@@ -191,79 +247,44 @@ class Compensator(ABC):
         RequestError
             If one is unknown or has a value that is not allowed.
         """
-        for name, value in self.check_params({**self.get_params(), **params}, self.name).items():
-            setattr(self, name, value)
+        checked = check_parameters(type(self), {**self.get_params(), **params}, self.name)
+        if self.settings_type is not None:
+            self.settings = self.settings_type(**checked)
+        else:
+            for name, value in checked.items():
+                setattr(self, name, value)
         return self
 
+    @final
+    def unfitted(self) -> Self:
+        """Return an unfitted copy of the same name and parameters."""
+        copy = type(self)(**self.get_params())
+        copy.name = self.name
+        return copy
+
     def __repr__(self) -> str:
-        params = ", ".join(f"{name}={value!r}" for name, value in self.get_params().items())
-        return f"{type(self).__name__}({params})"
+        defaults = {p.name: p.default for p in parameters_of(type(self))}
+        changed = {name: value for name, value in self.get_params().items() if value != defaults[name]}
+        shown = ", ".join(f"{name}={value!r}" for name, value in changed.items())
+        return f"{type(self).__name__}({shown})" + (f" fitted for {self.sensor_!r}" if self.is_fitted else "")
 
     @final
     def save(self, folder: str | Path, *, force: bool = True) -> None:
-        """Write the fitted method to a folder: settings as JSON, arrays as npz, network weights as safetensors.
+        """Write the fitted method to a folder; ``magsim.compensation.load`` reads it.
 
         Raises
         ------
         RequestError
             If it is not fitted, or the folder cannot be written.
         """
-        self._require_fitted()
-        folder = Path(folder)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            msg = f"cannot make the folder {folder}: {error.strerror}"
-            raise RequestError(msg) from None
-        values, arrays = self._learned()
+        self.check_fitted()
         settings = {
-            "format": FORMAT,
             "magsim": __version__,
             "method": self.name,
             "params": self.get_params(),
             "sensor": self.sensor_,
-            "learned": values,
         }
-        text = json.dumps(settings, indent=2, sort_keys=True, allow_nan=False) + "\n"
-
-        def write_arrays(path: Path) -> None:
-            with path.open("wb") as file:
-                np.savez(file, **arrays)
-
-        self._save_more(folder)
-        atomic_write(folder / ARRAYS, write_arrays, force=force)
-        atomic_write(folder / SETTINGS, lambda path: path.write_text(text, encoding="utf-8"), force=force)
-
-    def _require_fitted(self) -> None:
-        if not hasattr(self, "sensor_"):
-            msg = f"method {self.name} is not fitted yet: call fit first"
-            raise RequestError(msg)
-
-
-def read_settings(folder: Path) -> dict[str, Any]:
-    """Settings of a saved method.
-
-    Raises
-    ------
-    RequestError
-        If the folder holds none.
-    DataError
-        If they are broken or of a format that this version does not know.
-    """
-    path = folder / SETTINGS
-    if not path.is_file():
-        msg = f"{folder} holds no fitted method: {SETTINGS} is missing"
-        raise RequestError(msg)
-    try:
-        settings = json.loads(path.read_text(encoding="utf-8"))
-        known = settings["format"] == FORMAT and {"method", "params", "sensor", "learned"} <= settings.keys()
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        msg = f"{path} is broken: {error}"
-        raise DataError(msg) from None
-    if not known:
-        msg = f"{path} is of format {settings['format']!r}; this version reads format {FORMAT}"
-        raise DataError(msg)
-    return settings
+        saving.write(Path(folder), settings, self.state(), force=force)
 
 
 def restore(compensator: Compensator, folder: Path, settings: Mapping[str, Any]) -> Compensator:
@@ -274,90 +295,10 @@ def restore(compensator: Compensator, folder: Path, settings: Mapping[str, Any])
     DataError
         If a file is missing or broken.
     """
+    state = saving.read_state(folder, settings)
     try:
-        # np.load forgets to close a file that it cannot read
-        with np.load(BytesIO((folder / ARRAYS).read_bytes()), allow_pickle=False) as arrays:
-            compensator._restore(settings["learned"], dict(arrays))
-        compensator._load_more(folder)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile, zlib.error) as error:
-        msg = f"{folder}: the saved method cannot be read: {error}"
-        raise DataError(msg) from None
+        compensator.set_state(state)
+    except (KeyError, ValueError, TypeError) as error:
+        raise saving.unreadable(folder, error) from None
     compensator.sensor_ = settings["sensor"]
     return compensator
-
-
-def pick_fluxgate(recordings: Sequence[Recording], wanted: str | None) -> str:
-    """The fluxgate to use: the wanted one, or the first of the first recording.
-
-    Raises
-    ------
-    RequestError
-        If a recording does not have it.
-    """
-    found = wanted or next(iter(recordings[0].fluxgates), None)
-    for recording in recordings:
-        if found is None or found not in recording.fluxgates:
-            has = ", ".join(recording.fluxgates) or "none"
-            msg = f"recording {recording.name!r} has no fluxgate {found or ''!r}; it has {has}"
-            raise RequestError(msg)
-    return str(found)
-
-
-def check_recordings(recordings: Sequence[Recording], sensor: str) -> None:
-    """Refuse an empty list, and recordings that do not have the scalar magnetometer.
-
-    Raises
-    ------
-    RequestError
-    """
-    if not recordings:
-        msg = "nothing to fit: no training recording was given"
-        raise RequestError(msg)
-    for recording in recordings:
-        if sensor not in recording.scalars:
-            has = ", ".join(recording.scalars) or "none"
-            msg = f"recording {recording.name!r} has no scalar magnetometer {sensor!r}; it has {has}"
-            raise RequestError(msg)
-
-
-def reading_rows(recordings: Sequence[Recording], sensor: str) -> list[Recording]:
-    """The rows in which the scalar magnetometer reads: what is left of each recording is pieces with gaps between.
-
-    Raises
-    ------
-    DataError
-        If it reads in none of the recordings.
-    """
-    masks = [recording.reads(sensor) for recording in recordings]
-    pairs = zip(recordings, masks, strict=True)
-    kept = [r if mask.all() else r.take(mask) for r, mask in pairs if mask.sum() >= 2]
-    if recordings and not kept:
-        names = ", ".join(repr(recording.name) for recording in recordings)
-        msg = f"scalar magnetometer {sensor!r} does not read in any row of {names} that is to be learned from"
-        raise DataError(msg)
-    return kept
-
-
-def labels(recording: Recording, sensor: str) -> np.ndarray:
-    """Noise-free interference of a training recording, (n,) [nT].
-
-    Raises
-    ------
-    RequestError
-        If it has no such label: a real survey has none.
-    DataError
-        If a label is not finite.
-    """
-    name = columns.INTERFERENCE.name(sensor=sensor)
-    if name not in recording:
-        msg = (
-            f"recording {recording.name!r} has no label {name!r}: without truth only the self-supervised methods "
-            "(tl16_measured, tl18_measured, tl16_gradient) can be fitted"
-        )
-        raise RequestError(msg)
-    values = recording[name]
-    if not np.isfinite(values).all():
-        when = recording.time_s[np.argmin(np.isfinite(values))]
-        msg = f"recording {recording.name!r}: {name} is not finite at {when:g} s"
-        raise DataError(msg)
-    return values

@@ -1,16 +1,20 @@
 """Methods by name: those of this package, registered ones, and those of entry point group ``magsim.compensators``."""
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import TypeVar
 
-from magsim.compensation.base import Compensator, read_settings, restore
+from magsim.compensation.base import Compensator, restore
+from magsim.compensation.parameters import check_parameters
+from magsim.compensation.saving import read_settings
 from magsim.config import value_of
 from magsim.config.schema import did_you_mean
-from magsim.errors import DataError, RequestError
+from magsim.errors import RequestError
 
 GROUP = "magsim.compensators"
 """Entry point group: each point names a ``Compensator`` class."""
@@ -28,22 +32,23 @@ class Entry:
     defaults: dict[str, object] = field(default_factory=dict)
 
     def load(self) -> type[Compensator]:
-        """The class."""
+        """Return the class."""
         if isinstance(self.target, str):
             module, _, name = self.target.partition(":")
-            return getattr(import_module(module), name)
+            return getattr(import_module(module), name)  # type: ignore[no-any-return]
         return self.target
 
 
-_TL = "magsim.compensation.tolles_lawson:TollesLawson"
+_TOLLES_LAWSON = "magsim.compensation.tolles_lawson:TollesLawson"
 _REGISTRY: dict[str, Entry] = {
     "none": Entry("magsim.compensation.tolles_lawson:Nothing"),
-    "tl16": Entry(_TL, {"terms": 16}),
-    "tl18": Entry(_TL, {"terms": 18}),
-    "tl16_measured": Entry(_TL, {"terms": 16, "target": "measured"}),
-    "tl18_measured": Entry(_TL, {"terms": 18, "target": "measured"}),
-    # The best of paper 002: order 3, with the height.
-    "tl16_gradient": Entry(_TL, {"terms": 16, "target": "measured"}, {"order": 3, "vertical": True}),
+    "tl16": Entry(_TOLLES_LAWSON, {"terms": 16}),
+    "tl18": Entry(_TOLLES_LAWSON, {"terms": 18}),
+    "tl16_measured": Entry(_TOLLES_LAWSON, {"terms": 16, "target": "measured"}),
+    "tl18_measured": Entry(_TOLLES_LAWSON, {"terms": 18, "target": "measured"}),
+    # the best of paper 002: order 3, with the height
+    "tl16_gradient": Entry(_TOLLES_LAWSON, {"terms": 16, "target": "measured"}, {"order": 3, "vertical": True}),
+    "tolles_lawson": Entry(_TOLLES_LAWSON),
     "magtcn": Entry("magsim.compensation.networks:MagTCNCompensator"),
     "bp": Entry("magsim.compensation.networks:BPCompensator"),
 }
@@ -52,7 +57,7 @@ C = TypeVar("C", bound=type[Compensator])
 
 
 def register(name: str, **params: object) -> Callable[[C], C]:
-    """Class decorator that makes a method known by a name, with fixed parameters if any are given."""
+    """Return a class decorator that makes a method known by a name, with fixed parameters if any are given."""
 
     def decorate(cls: C) -> C:
         _REGISTRY[name] = Entry(cls, params)
@@ -66,12 +71,12 @@ def _plugins() -> dict[str, Entry]:
 
 
 def names() -> tuple[str, ...]:
-    """Names of all methods: this package's and registered ones first, then those of other packages."""
+    """Return the names of all methods: this package's and registered ones first, then those of other packages."""
     return tuple(dict.fromkeys([*_REGISTRY, *_plugins()]))
 
 
 def lookup(name: str) -> Entry:
-    """Entry of a method.
+    """Return the entry of a method.
 
     Raises
     ------
@@ -81,13 +86,62 @@ def lookup(name: str) -> Entry:
     entry = _REGISTRY.get(name) or _plugins().get(name)
     if entry is None:
         known = names()
-        msg = f"unknown method {name!r}{did_you_mean(name, known)}; known: {', '.join(known)}"
+        msg = (
+            f"unknown method {name!r}{did_you_mean(name, known)}; known: {', '.join(known)}, or a class of your own as "
+            "my_file.py:MyMethod"
+        )
         raise RequestError(msg)
     return entry
 
 
+def register_file(path: Path, class_name: str) -> str:
+    """Import a method from a Python file of the user's own and make it known.
+
+    The file is run: this is for a file that the user names, never for a name that another file holds.
+
+    Parameters
+    ----------
+    path : Path
+        Ends with ``.py``.
+    class_name : str
+        A subclass of ``Compensator`` in it.
+
+    Returns
+    -------
+    str
+        Name that the method is known by from now on, ``my_file.py:MyMethod``.
+
+    Raises
+    ------
+    RequestError
+        If there is no such file or class, or the file cannot be imported.
+    """
+    if not path.is_file():
+        msg = f"{path}: there is no such file"
+        raise RequestError(msg)
+    spec = spec_from_file_location(f"magsim_method_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses and pickles look their module up
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[spec.name]
+        msg = f"{path}: cannot be imported: {type(error).__name__}: {error}"
+        raise RequestError(msg) from error
+    cls = getattr(module, class_name, None)
+    if not (isinstance(cls, type) and issubclass(cls, Compensator)):
+        there = [n for n, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__]
+        msg = f"{path}: has no compensator {class_name!r}; allowed: a subclass of Compensator; it has {there or 'none'}"
+        raise RequestError(msg)
+    name = f"{path.name}:{class_name}"
+    _REGISTRY[name] = Entry(cls)
+    return name
+
+
 def create(name: str, /, *, preset: str | None = None, **params: object) -> Compensator:
-    """An unfitted method.
+    """Return an unfitted method.
 
     Parameters
     ----------
@@ -110,21 +164,33 @@ def create(name: str, /, *, preset: str | None = None, **params: object) -> Comp
         if chosen[key] != value:
             msg = f"method {name}: {key} is {value!r} by its name; it cannot be {chosen[key]!r}"
             raise RequestError(msg)
-    checked = cls.check_params(chosen, name)
-    return cls(**checked)
+    made = cls(**check_parameters(cls, chosen, name))
+    made.name = name
+    return made
 
 
 def parse_method(text: str) -> tuple[str, dict[str, object]]:
-    """Name and settings, as ``create`` takes them, of a method written in one line: ``name:key=value:key=value``.
+    """Read a method that is written in one line, ``name:key=value:key=value`` or ``file.py:Class:key=value``.
 
-    Values are those of TOML; what is no TOML value is text. The name itself is not looked up.
+    Values are those of TOML; what is no TOML value is text. A name is not looked up; a file is imported.
+
+    Returns
+    -------
+    name : str
+    settings : dict
+        As ``create`` takes them.
 
     Raises
     ------
     RequestError
-        If a part is no ``key=value``, or a key is given twice.
+        If a part is not of the form ``key=value``, a key is given twice, or a file cannot be imported.
     """
     name, *parts = (part.strip() for part in text.split(":"))
+    if name.endswith(".py"):
+        if not parts or "=" in parts[0]:
+            msg = f"method {text}: a file needs the name of a class in it, as in my_file.py:MyMethod"
+            raise RequestError(msg)
+        name = register_file(Path(name), parts.pop(0))
     settings: dict[str, object] = {}
     for part in parts:
         key, equals, value = (piece.strip() for piece in part.partition("="))
@@ -139,7 +205,7 @@ def parse_method(text: str) -> tuple[str, dict[str, object]]:
 
 
 def preset_params(name: str, preset: str | None) -> dict[str, object]:
-    """Parameters of a preset; none without one.
+    """Return the parameters of a preset; none without one.
 
     Raises
     ------
@@ -157,19 +223,16 @@ def preset_params(name: str, preset: str | None) -> dict[str, object]:
 
 
 def load(folder: str | Path) -> Compensator:
-    """A fitted method from the folder that ``Compensator.save`` wrote.
+    """Read a fitted method from the folder that ``Compensator.save`` wrote.
 
     Raises
     ------
     RequestError
-        If the folder holds none, or its method is not known here.
+        If the folder holds none, or its method is not known here: a class of one's own must be registered, or named as
+        ``my_file.py:MyMethod`` before.
     DataError
         If a file in it is broken.
     """
     folder = Path(folder)
     settings = read_settings(folder)
-    name, params = settings["method"], settings["params"]
-    if not isinstance(name, str) or not isinstance(params, dict):
-        msg = f"{folder}: the settings of the saved method are broken"
-        raise DataError(msg)
-    return restore(create(name, **params), folder, settings)
+    return restore(create(settings["method"], **settings["params"]), folder, settings)

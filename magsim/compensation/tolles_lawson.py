@@ -1,25 +1,24 @@
-"""Tolles-Lawson compensation with 16 or 18 terms (papers 000, eq. 26, and 001, eq. 1 to 8).
+"""Tolles-Lawson compensation with 3 to 18 terms (papers 000, eq. 26, and 001, eq. 1 to 8).
 
 With the gradient of the Earth's field in the fit it is the model of the towed bird (paper 002, eq. 16 and 17).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from magsim import columns, metrics, signals
-from magsim.compensation.base import Compensator, check_recordings, labels, pick_fluxgate, reading_rows
-from magsim.compensation.features import Design, Inputs, design, requirements, spans
-from magsim.compensation.gradient import Gradient, gradient
-from magsim.compensation.ridge import RidgeFit, fit_ridge
-from magsim.errors import DataError, RequestError
+from magsim.columns import FLUX
+from magsim.compensation.base import Compensator, FitContext
+from magsim.compensation.columns import Derivative, Terms, TollesLawsonColumns, mean_strength, pick_fluxgate
+from magsim.compensation.linear import Band, LinearFit, LinearModel, Term, fit_linear
+from magsim.compensation.saving import State
+from magsim.compensation.solvers import SOLVERS
+from magsim.compensation.targets import TARGETS, rows_to_fit
+from magsim.dataset import Training
 from magsim.recording import Recording
-
-ROWS_PER_TERM = 10
-"""Fewest rows for each coefficient that a fit accepts."""
 
 
 class Nothing(Compensator):
@@ -27,31 +26,12 @@ class Nothing(Compensator):
 
     name = "none"
 
-    def fit(
-        self,
-        train: Sequence[Recording],
-        *,
-        sensor: str,
-        valid: Sequence[Recording] = (),
-        seed: int = 0,
-    ) -> Self:
-        """Note the sensor."""
-        check_recordings(train, sensor)
-        self.sensor_ = sensor
-        return self
+    def learn(self, training: Training, context: FitContext) -> None:
+        """Learn nothing."""
 
-    def interference(self, recording: Recording) -> np.ndarray:
-        """Zeros, (n,)."""
-        self._require_fitted()
+    def estimate(self, recording: Recording) -> np.ndarray:
+        """Return zeros, (n,)."""
         return np.zeros(len(recording))
-
-
-class Term(NamedTuple):
-    """One coefficient of a fitted model."""
-
-    name: str
-    value: float
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -71,7 +51,7 @@ class TollesLawsonReport:
         Root of the mean squared residual of the fit, in the band where it was fitted in band.
     gradient : tuple of Term
         What was found of the Earth's field beside the platform, in nT per degree (to the power of the order) and nT per
-        meter; terms of a second place end in ``[2]``. It is never taken away.
+        meter; terms of a second place end in ``[2]``. It is never subtracted.
     origins_deg : tuple of (float, float)
         Latitude and longitude of each place that the powers of the position are counted from.
     """
@@ -90,7 +70,7 @@ class TollesLawsonReport:
         if self.gradient:
             places = "; ".join(f"{lat:.4f}, {lon:.4f}" for lat, lon in self.origins_deg)
             about = f", about latitude and longitude {places}" if places else ""
-            lines += [f"gradient of the Earth's field{about} (fitted, never taken away):"]
+            lines += [f"gradient of the Earth's field{about} (fitted, never subtracted):"]
             width = max(10, *(len(term.name) for term in self.gradient))
             lines += [f"{term.name:>{width}} {term.value: .6e} {term.unit}" for term in self.gradient]
         lines += [f"ridge weight {self.weight:.1e}, condition {self.condition:.3g}, residual {self.residual_nt:.4g} nT"]
@@ -100,16 +80,17 @@ class TollesLawsonReport:
 class TollesLawson(Compensator):
     """Permanent, induced and eddy-current interference, linear in its coefficients.
 
-    Fitted on filtered columns and a filtered target, used on unfiltered columns: exact for constant coefficients,
-    since a linear filter commutes with them. Closed form, so the validation recordings are fitted as well.
+    Closed form, so the validation rows are fitted as well.
 
     Parameters
     ----------
-    terms : {16, 18}
-        18 keeps two columns that follow from the others.
+    terms : {3, 8, 9, 16, 18}
+        3 permanent; 5 or 6 induced; 8 or 9 eddy. 9 and 18 keep columns that follow from the others.
     target : {"interference", "measured"}
         The label, or the band-passed scalar reading (self-supervised: what of the clean field lies in the band leaks
         into the coefficients). With ``measured`` the constant is still that of the labels where there are any.
+    solver : {"ridge", "least_squares", "truncated_svd"}
+        Ridge and truncation are chosen by generalized cross-validation.
     band : {"in", "broad"}
         Fit in 0.1 to 0.6 Hz; or on unfiltered rows with a constant, which gives a worse score in band and a better
         one broadband. ``measured`` needs ``in``.
@@ -123,33 +104,36 @@ class TollesLawson(Compensator):
         How direction cosines are differentiated.
     order : int
         Truncation order of the Earth's field as a function of latitude and longitude, 0 to 4, fitted beside the terms
-        (paper 002): 2, 5, 9, 14 columns. They are signal and never taken away; ``fit`` alone reads the position.
+        (paper 002): 2, 5, 9, 14 columns. They are signal and never subtracted; ``learn`` alone reads the position.
     vertical : bool
         Fit the vertical gradient beside the terms: one column, the height. It and ``order`` need band ``in``.
 
     Attributes
     ----------
     coefficients_ : (terms,)
-    offset_nt_ : float
+    offset_nt_ : float [nT]
     report_ : TollesLawsonReport
     """
 
-    requires = requirements(("tl16",))
+    name = "tolles_lawson"
+    requires = (FLUX.pattern,)
 
     def __init__(
         self,
         *,
-        terms: Literal[16, 18] = 16,
+        terms: Terms = 16,
         target: Literal["interference", "measured"] = "interference",
-        band: Literal["in", "broad"] = "in",
+        solver: Literal["ridge", "least_squares", "truncated_svd"] = "ridge",
+        band: Band = "in",
         fluxgate: str | None = None,
         scale: Literal["constant", "sample"] = "constant",
-        derivative: Literal["central", "spline"] = "central",
+        derivative: Derivative = "central",
         order: Annotated[int, Field(ge=0, le=4)] = 0,
         vertical: bool = False,
     ) -> None:
         self.terms = terms
         self.target = target
+        self.solver = solver
         self.band = band
         self.fluxgate = fluxgate
         self.scale = scale
@@ -158,182 +142,78 @@ class TollesLawson(Compensator):
         self.vertical = vertical
 
     @property
-    def name(self) -> str:  # type: ignore[override]
-        """Name in the registry."""
-        if self.target != "measured":
-            return f"tl{self.terms}"
-        towed = self.terms == 16 and (self.order or self.vertical)
-        return f"tl{self.terms}_" + ("gradient" if towed else "measured")
-
-    @property
     def causal(self) -> bool:  # type: ignore[override]
-        """A spline looks ahead, without end."""
+        """Whether no later row is needed: a spline looks ahead, without end."""
         return self.derivative == "central"
 
-    def fit(
-        self,
-        train: Sequence[Recording],
-        *,
-        sensor: str,
-        valid: Sequence[Recording] = (),
-        seed: int = 0,
-    ) -> Self:
-        """Solve for the coefficients; see ``Compensator.fit``."""
-        recordings = [*train, *valid]
-        check_recordings(recordings, sensor)
-        cut = reading_rows(recordings, sensor)
-        # The band-pass would spread what the reading holds in dropouts; the label is right there too.
-        recordings = cut if self.target == "measured" else recordings
-        self.set_params(**self.get_params())
-        self._check_band()
-        self._inputs = self._make_inputs(recordings)
-        designs = [self._design(recording) for recording in recordings]
-        targets = [self._target(recording, sensor) for recording in recordings]
-        read = [recording.reads(sensor) for recording in recordings]
-        field = gradient(recordings, self.order, vertical=self.vertical)
-        fit = self._solve(recordings, designs, field, targets, read)
-        self.coefficients_ = fit.coefficients[: self.terms]
-        self.offset_nt_ = self._offset(recordings, designs, sensor)
-        self.sensor_ = sensor
-        self._names, self._units = designs[0].names, designs[0].units
-        values = (fit.coefficients[self.terms :] / field.scale).tolist()
-        found = field.designs[0]
-        self._gradient = tuple(Term(*row) for row in zip(found.names, values, found.units, strict=True))
-        self._origins = tuple((place.lat_deg, place.lon_deg) for place in field.places if self.order)
-        self._quality = {"weight": fit.weight, "condition": fit.condition, "residual_nt": fit.residual_std}
-        return self
+    def learn(self, training: Training, context: FitContext) -> None:
+        """Solve for the coefficients; see ``Compensator.learn``."""
+        target = TARGETS[self.target]
+        recordings = rows_to_fit(target, training)
+        self._columns = self._columns_of(recordings)
+        model = LinearModel(self._columns, target, SOLVERS[self.solver], self.band, self.order, self.vertical)
+        self._fit = fit_linear(model, recordings, training.sensor)
+
+    def estimate(self, recording: Recording) -> np.ndarray:
+        """Return columns times coefficients, (n,) [nT]; no warm-up."""
+        return self._fit.estimate(self._columns(recording))
+
+    def _columns_of(self, recordings: Sequence[Recording]) -> TollesLawsonColumns:
+        fluxgate = pick_fluxgate(recordings, self.fluxgate)
+        strength_nt = mean_strength(recordings, fluxgate) if self.scale == "constant" else None
+        return TollesLawsonColumns(self.terms, fluxgate, self.derivative, strength_nt)
+
+    @property
+    def coefficients_(self) -> np.ndarray:
+        """Coefficients of the terms, (terms,)."""
+        return self._fit.coefficients
+
+    @property
+    def offset_nt_(self) -> float:
+        """Constant that the coefficients do not hold [nT]."""
+        return self._fit.offset_nt
 
     @property
     def report_(self) -> TollesLawsonReport:
         """Coefficients with units, condition number and ridge weight."""
-        self._require_fitted()
-        values = self.coefficients_.tolist()
-        terms = tuple(Term(*row) for row in zip(self._names, values, self._units, strict=True))
-        found = {"gradient": self._gradient, "origins_deg": self._origins}
-        return TollesLawsonReport(terms, self.offset_nt_, **self._quality, **found)
+        self.check_fitted()
+        fit = self._fit
+        terms = tuple(Term(*row) for row in zip(fit.names, fit.coefficients.tolist(), fit.units, strict=True))
+        quality = fit.weight, fit.condition, fit.residual_nt
+        return TollesLawsonReport(terms, fit.offset_nt, *quality, fit.gradient, fit.origins_deg)
 
-    def interference(self, recording: Recording) -> np.ndarray:
-        """Columns times coefficients, (n,) [nT]; no warm-up."""
-        self._require_fitted()
-        return np.einsum("nc,c->n", self._design(recording).matrix, self.coefficients_) + self.offset_nt_
-
-    def _check_band(self) -> None:
-        if self.band == "in":
-            return
-        if self.target == "measured":
-            msg = "target 'measured' needs band 'in': the unfiltered reading is nearly all Earth's field"
-            raise RequestError(msg)
-        if self.order or self.vertical:
-            msg = "order and vertical need band 'in': unfiltered, the gradient columns would take what is slow"
-            raise RequestError(msg)
-
-    def _make_inputs(self, recordings: Sequence[Recording]) -> Inputs:
-        fluxgate = pick_fluxgate(recordings, self.fluxgate)
-        if self.scale == "sample":
-            return Inputs(fluxgate, self.derivative)
-        readings = np.concatenate([r.vector(columns.FLUX, sensor=fluxgate) for r in recordings])
-        return Inputs(fluxgate, self.derivative, float(np.linalg.norm(readings, axis=1).mean()))
-
-    def _design(self, recording: Recording) -> Design:
-        return design(recording, self._inputs, (f"tl{self.terms}",))
-
-    def _target(self, recording: Recording, sensor: str) -> np.ndarray:
-        if self.target == "interference":
-            return labels(recording, sensor)
-        reading = recording[columns.MAG.name(sensor=sensor)]
-        if not np.isfinite(reading).all():
-            when = recording.time_s[np.argmin(np.isfinite(reading))]
-            msg = f"recording {recording.name!r}: scalar magnetometer {sensor!r} is not finite at {when:g} s"
-            raise DataError(msg)
-        return reading
-
-    def _solve(
-        self,
-        recordings: Sequence[Recording],
-        designs: Sequence[Design],
-        field: Gradient,
-        targets: Sequence[np.ndarray],
-        read: Sequence[np.ndarray],
-    ) -> RidgeFit:
-        """Filter and crop, or center, and solve over the rows with a reading: for the terms, then the gradient."""
-        if self.band == "broad":
-            matrix = np.concatenate([d.matrix[rows] for d, rows in zip(designs, read, strict=True)])
-            target = np.concatenate([values[rows] for values, rows in zip(targets, read, strict=True)])
-            self._check_length(matrix, recordings)
-            return fit_ridge(matrix - matrix.mean(axis=0), target - target.mean())
-        tables = [
-            np.column_stack([d.matrix, beside.matrix, target])
-            for d, beside, target in zip(designs, field.designs, targets, strict=True)
-        ]
-        parts = [
-            in_band(table, recording.time_s, rows)
-            for recording, table, rows in zip(recordings, tables, read, strict=True)
-        ]
-        rows = np.concatenate(parts)
-        self._check_length(rows[:, :-1], recordings)
-        return fit_ridge(rows[:, :-1], rows[:, -1])
-
-    def _check_length(self, matrix: np.ndarray, recordings: Sequence[Recording]) -> None:
-        rows, needed = len(matrix), ROWS_PER_TERM * matrix.shape[1]
-        if rows < needed:
-            longest = max(float(r.time_s[s.stop - 1] - r.time_s[s.start]) for r in recordings for s in spans(r.time_s))
-            edge = f" after {signals.EDGE_S:g} s at each end of each piece" if self.band == "in" else ""
-            msg = (
-                f"{self.name} needs at least {needed} training rows{edge}, and has {rows}; the longest piece without "
-                f"a gap lasts {longest:g} s"
-            )
-            raise DataError(msg)
-
-    def _offset(self, recordings: Sequence[Recording], designs: Sequence[Design], sensor: str) -> float:
-        """Mean of the labels that the coefficients leave, over the rows with a reading; 0 where there are no labels."""
-        name = columns.INTERFERENCE.name(sensor=sensor)
-        if any(name not in recording for recording in recordings):
-            return 0.0
-        rest = [
-            (labels(recording, sensor) - np.einsum("nc,c->n", d.matrix, self.coefficients_))[recording.reads(sensor)]
-            for recording, d in zip(recordings, designs, strict=True)
-        ]
-        return float(np.concatenate(rest).mean())
-
-    def _learned(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    def state(self) -> State:
+        """Return columns, coefficients and quality of the fit; see ``Compensator.state``."""
+        fit = self._fit
+        quality = {"weight": fit.weight, "condition": fit.condition, "residual_nt": fit.residual_nt}
         values = {
-            "fluxgate": self._inputs.fluxgate,
-            "strength_nt": self._inputs.strength_nt,
-            "offset_nt": self.offset_nt_,
-            "names": list(self._names),
-            "units": list(self._units),
-            "gradient": [list(term) for term in self._gradient],
-            "origins_deg": [list(origin) for origin in self._origins],
+            "fluxgate": self._columns.fluxgate,
+            "strength_nt": self._columns.strength_nt,
+            "offset_nt": fit.offset_nt,
+            "names": list(fit.names),
+            "units": list(fit.units),
+            "gradient": [list(term) for term in fit.gradient],
+            "origins_deg": [list(origin) for origin in fit.origins_deg],
             # JSON has no infinity
-            "quality": {k: (v if np.isfinite(v) else None) for k, v in self._quality.items()},
+            "quality": {key: (value if np.isfinite(value) else None) for key, value in quality.items()},
         }
-        return values, {"coefficients": self.coefficients_}
+        return State(values, {"coefficients": fit.coefficients})
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        self._inputs = Inputs(values["fluxgate"], self.derivative, values["strength_nt"])
-        self.offset_nt_ = float(values["offset_nt"])
-        self._names, self._units = tuple(values["names"]), tuple(values["units"])
-        self._gradient = tuple(Term(*row) for row in values.get("gradient", ()))
-        self._origins = tuple((float(lat), float(lon)) for lat, lon in values.get("origins_deg", ()))
-        self._quality = {k: float("inf") if v is None else float(v) for k, v in values["quality"].items()}
-        self.coefficients_ = np.asarray(arrays["coefficients"], dtype=float)
-        if self.coefficients_.shape != (self.terms,):
-            msg = f"{self.coefficients_.shape} coefficients for {self.terms} terms"
+    def set_state(self, state: State) -> None:
+        """Take back what ``state`` returned."""
+        values: Mapping[str, Any] = state.values
+        self._columns = TollesLawsonColumns(self.terms, values["fluxgate"], self.derivative, values["strength_nt"])
+        coefficients = np.asarray(state.arrays["coefficients"], dtype=float)
+        if coefficients.shape != (self.terms,):
+            msg = f"{coefficients.shape} coefficients for {self.terms} terms"
             raise ValueError(msg)
-
-
-def in_band(values: np.ndarray, time_s: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-    """Rows of (n, ...) in 0.1 to 0.6 Hz: each piece filtered by itself, its ends left out.
-
-    Pieces that are shorter than both ends together give no rows. With a mask ``rows`` only those are given, filtered
-    together with the others.
-    """
-    rate_hz = 1.0 / np.median(np.diff(time_s))
-    parts = [values[:0]]
-    for span in spans(time_s):
-        keep = metrics.crop(time_s[span])
-        if rows is not None:
-            keep &= rows[span]
-        if keep.any():
-            parts.append(signals.band_pass(values[span], rate_hz)[keep])
-    return np.concatenate(parts)
+        quality = {key: float("inf") if value is None else float(value) for key, value in values["quality"].items()}
+        self._fit = LinearFit(
+            tuple(values["names"]),
+            tuple(values["units"]),
+            coefficients,
+            float(values["offset_nt"]),
+            tuple(Term(*row) for row in values["gradient"]),
+            tuple((float(lat), float(lon)) for lat, lon in values["origins_deg"]),
+            **quality,
+        )

@@ -22,14 +22,13 @@ import json
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 import magsim
 from magsim import columns, storage
 from magsim.errors import DataError, RequestError
-from magsim.recording import Recording
 from magsim.storage import hdf5, vetting
 
 if TYPE_CHECKING:
@@ -52,7 +51,36 @@ _RESERVED = ("name",)
 _DETAILS = ("units", "frames", "meanings")
 
 
-def write(path: Path, recordings: Iterable[Recording], *, force: bool = False) -> None:
+class FlightTable(Protocol):
+    """What a file needs to know of a recording."""
+
+    @property
+    def name(self) -> str:
+        """Name of the flight."""
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Time tags, (n,) [s]."""
+
+    @property
+    def data(self) -> Mapping[str, np.ndarray]:
+        """Columns by name, (n,) each."""
+
+    @property
+    def meta(self) -> Mapping[str, object]:
+        """Provenance."""
+
+
+class StoredFlight(NamedTuple):
+    """One flight as a file holds it, checked: the parts of a ``Recording``."""
+
+    name: str
+    time_s: np.ndarray
+    data: dict[str, np.ndarray]
+    meta: dict[str, object]
+
+
+def write(path: Path, recordings: Iterable[FlightTable], *, force: bool = False) -> None:
     """Write recordings to one file, a shard, whole or not at all.
 
     Parameters
@@ -84,7 +112,7 @@ def check_finite(where: str, time_s: np.ndarray, data: Mapping[str, np.ndarray])
             raise DataError(msg)
 
 
-def _write(path: Path, recordings: Iterable[Recording]) -> None:
+def _write(path: Path, recordings: Iterable[FlightTable]) -> None:
     import h5py
 
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
@@ -99,7 +127,7 @@ def _write(path: Path, recordings: Iterable[Recording]) -> None:
     hdf5.seal(path)
 
 
-def _write_flight(group: "h5py.Group", recording: Recording) -> None:
+def _write_flight(group: "h5py.Group", recording: FlightTable) -> None:
     group.attrs["name"] = _text(recording.name)
     _write_meta(group, recording.meta)
     time_s = _create(group, columns.TIME, recording.time_s)
@@ -111,14 +139,14 @@ def _write_flight(group: "h5py.Group", recording: Recording) -> None:
     time_s.attrs["long_name"] = _text("time from the first recorded row")
     time_s.make_scale(columns.TIME)
     for role in columns.ROLES:
-        names = recording.names(role)
+        names = [name for name in recording.data if columns.role_of(name) == role]
         if not names:
             continue
-        families = [columns.find(name) for name in names]
+        families = [columns.family_of(name) for name in names]
         channel = _create(group, f"{role}_channel", _texts(names))
         channel.attrs["long_name"] = _text(f"names of the columns of {role}")
         channel.make_scale(f"{role}_channel")
-        block = _create(group, role, recording.stack(names))
+        block = _create(group, role, np.column_stack([recording.data[name] for name in names]))
         block.dims[0].attach_scale(time_s)
         block.dims[1].attach_scale(channel)
         block.attrs["long_name"] = _text(f"columns of role {role}")
@@ -129,7 +157,7 @@ def _write_flight(group: "h5py.Group", recording: Recording) -> None:
 
 
 def _create(group: "h5py.Group", name: str, values: np.ndarray) -> "h5py.Dataset":
-    """A contiguous data set with the checksum of its values."""
+    """Create a contiguous data set with the checksum of its values."""
     values = values.astype("<f8", copy=False) if values.dtype.kind == "f" else values
     item = group.create_dataset(name, data=values)
     item.attrs[CHECKSUM] = _text(checksum(values))
@@ -195,8 +223,8 @@ def _cf_time(start_utc: str) -> str:
     return start.replace(tzinfo=None).isoformat(sep=" ")
 
 
-def read(path: Path, names: Iterable[str] | None = None) -> tuple[Recording, ...]:
-    """Flights of a file, or of all ``*.h5`` files of a folder, in the order of their names.
+def read(path: Path, names: Iterable[str] | None = None) -> tuple[StoredFlight, ...]:
+    """Read the flights of a file, or of all ``*.h5`` files of a folder, in the order of their names.
 
     Parameters
     ----------
@@ -206,7 +234,7 @@ def read(path: Path, names: Iterable[str] | None = None) -> tuple[Recording, ...
 
     Returns
     -------
-    tuple of Recording
+    tuple of StoredFlight
         One or more; in the order of the file.
 
     Raises
@@ -232,14 +260,14 @@ def read(path: Path, names: Iterable[str] | None = None) -> tuple[Recording, ...
     return tuple(found)
 
 
-def _read_file(path: Path, names: Iterable[str] | None) -> list[Recording]:
+def _read_file(path: Path, names: Iterable[str] | None) -> list[StoredFlight]:
     with hdf5.open_careful(path) as root:
         wanted = None if names is None else set(names)
         return [read_flight(group) for group in flight_groups(root) if wanted is None or flight_name(group) in wanted]
 
 
 def flight_groups(root: hdf5.Reader) -> list[hdf5.Reader]:
-    """The groups of all flights of an opened file, in the order of their numbers, after a check of the version."""
+    """Return the groups of all flights of an opened file, in the order of their numbers; checks the version."""
     _check_schema(root)
     flights = root.group("flights")
     found = [flights.group(name) for name in flights.names()]
@@ -253,8 +281,8 @@ def flight_name(group: hdf5.Reader) -> str:
     return str(group.attributes().get("name", ""))
 
 
-def read_one(path: Path, name: str | None = None) -> Recording:
-    """The flight of a name, or of a file that holds exactly one; see ``read`` for what it raises."""
+def read_one(path: Path, name: str | None = None) -> StoredFlight:
+    """Read the flight of a name, or of a file that holds exactly one; see ``read`` for what it raises."""
     if path.is_dir():
         msg = f"{path}: is a folder, where one recording file is needed"
         raise RequestError(msg)
@@ -264,6 +292,12 @@ def read_one(path: Path, name: str | None = None) -> Recording:
         msg = f"{path}: holds {len(found)} {which}, where one is needed (read_recordings reads them all)"
         raise RequestError(msg)
     return found[0]
+
+
+def read_number(path: Path, number: int) -> StoredFlight:
+    """Read one flight by its number in the file, from 0; see ``read`` for what it raises."""
+    with hdf5.open_careful(path) as root:
+        return read_flight(flight_groups(root)[number])
 
 
 def _check_schema(root: hdf5.Reader) -> None:
@@ -276,8 +310,8 @@ def _check_schema(root: hdf5.Reader) -> None:
         root.refuse(f"has schema_version {version}{newer}; allowed: {', '.join(map(str, READABLE))}")
 
 
-def read_flight(group: hdf5.Reader) -> Recording:
-    """One flight, checked against the table of columns."""
+def read_flight(group: hdf5.Reader) -> StoredFlight:
+    """Read one flight, checked against the table of columns."""
     present = group.names()
     time_s = group.array(columns.TIME, kind="f", ndim=1)
     if len(time_s) < 2 or not np.isfinite(time_s).all() or not np.all(np.diff(time_s) > 0.0):
@@ -293,7 +327,7 @@ def read_flight(group: hdf5.Reader) -> Recording:
         texts = group.group("texts")
         for key in texts.names():
             attributes[key] = texts.array(key, kind="S", ndim=0).item().decode("utf-8")
-    return Recording(str(name), time_s, data, _read_meta(group, attributes))
+    return StoredFlight(str(name), time_s, data, _read_meta(group, attributes))
 
 
 def _read_meta(group: hdf5.Reader, attributes: Mapping[str, object]) -> dict[str, object]:

@@ -1,6 +1,6 @@
 """The heading table: what a magnetometer read over one and the same point on each heading.
 
-A flight whose legs all pass one point says in ``meta["notes"]["center_passes"]`` when each of them did. What the
+A flight whose legs all pass one point lists the passes in ``meta["notes"]["center_passes"]``. What the
 ground adds is the same in all passes, so what differs between them is the aircraft (and the day).
 """
 
@@ -35,7 +35,7 @@ class CenterPass:
 
 
 def has_heading_table(recording: Recording) -> bool:
-    """Whether a recording says when it passed a center."""
+    """Whether a recording lists passes of a center."""
     return bool(_passes(recording))
 
 
@@ -63,35 +63,40 @@ def heading_table(recording: Recording, sensor: str) -> tuple[CenterPass, ...]:
     reading = recording[columns.MAG.name(sensor=sensor)]
     names = columns.CLEAN.name(sensor=sensor), columns.INTERFERENCE.name(sensor=sensor)
     clean, interference = (recording.data.get(name) for name in names)
+
+    def at(time_s: float, values: np.ndarray) -> float:
+        return float(np.interp(time_s, recording.time_s, values))
+
     out = []
     for entry in _passes(recording):
         try:
             time_s = float(entry["time_s"])
-            known = {key: float(entry[key]) for key in ("heading_deg", "miss_m", "height_error_m")}
-            numbers = {key: int(entry[key]) for key in ("circuit", "leg")}
+            heading_deg, miss_m, height_error_m = (
+                float(entry[key]) for key in ("heading_deg", "miss_m", "height_error_m")
+            )
+            circuit, leg = int(entry["circuit"]), int(entry["leg"])
         except (KeyError, TypeError, ValueError, OverflowError):
             msg = f"recording {recording.name!r}: its list of center passes is damaged"
             raise DataError(msg) from None
         if recording.time_s[0] <= time_s <= recording.time_s[-1]:
-            at_center = [
-                None if values is None else float(np.interp(time_s, recording.time_s, values))
-                for values in (clean, reading, interference)
-            ]
             out.append(
                 CenterPass(
-                    **numbers,
+                    circuit=circuit,
+                    leg=leg,
+                    heading_deg=heading_deg,
                     time_s=time_s,
-                    **known,
-                    clean_nt=at_center[0],
-                    reading_nt=at_center[1],
-                    interference_nt=at_center[2],
+                    miss_m=miss_m,
+                    height_error_m=height_error_m,
+                    clean_nt=None if clean is None else at(time_s, clean),
+                    reading_nt=at(time_s, reading),
+                    interference_nt=None if interference is None else at(time_s, interference),
                 )
             )
     return tuple(out)
 
 
 def _passes(recording: Recording) -> list[Mapping]:
-    """Entries of the notes; none where a file holds something else."""
+    """Return the entries of the notes; none where a file holds something else."""
     notes = recording.meta.get("notes")
     found = notes.get("center_passes") if isinstance(notes, Mapping) else None
     return [entry for entry in found if isinstance(entry, Mapping)] if isinstance(found, list) else []

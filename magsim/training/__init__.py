@@ -13,14 +13,16 @@ from magsim.training.checkpoint import Checkpoint
 from magsim.training.determinism import reproducible, seeded
 from magsim.training.gradients import project_conflicts
 from magsim.training.loop import Outcome, Plan, Progress, train
-from magsim.training.windows import RandomWindows, overlap_add, starts_of
+from magsim.training.windows import ArrayWindows, RandomBatches, WindowSource, overlap_add, starts_of
 
 __all__ = [
+    "ArrayWindows",
     "Checkpoint",
     "Outcome",
     "Plan",
     "Progress",
-    "RandomWindows",
+    "RandomBatches",
+    "WindowSource",
     "overlap_add",
     "project_conflicts",
     "reproducible",

@@ -62,7 +62,7 @@ class Checkpoint:
                     (self.folder / f"step_{old:08d}{suffix}").unlink(missing_ok=True)
 
     def load(self) -> Saved | None:
-        """The newest state, or None where there is none.
+        """Read the newest state; None where there is none.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Checkpoint:
         return Saved(int(about["step"]), *parts, state)
 
     def _steps(self) -> list[int]:
-        """Steps of which both files are there."""
+        """Return the steps of which both files exist."""
         found = (_NAME.fullmatch(path.name) for path in self.folder.glob("step_*.safetensors"))
         steps = [int(match[1]) for match in found if match]
         return [step for step in steps if (self.folder / f"step_{step:08d}.pt").is_file()]

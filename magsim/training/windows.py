@@ -1,24 +1,43 @@
-"""Windows of a time series: random ones for training, overlapping ones for use."""
+"""Windows of time series: sources of windows, random batches for training, overlapping windows for use."""
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 import torch
 from torch import Tensor
 
 
-class RandomWindows:
-    """Batches of windows at random offsets in pieces without gaps; every offset is as likely as any other.
+class WindowSource(Protocol):
+    """Windows of a fixed number of rows, numbered from 0.
+
+    In memory (``ArrayWindows``), or mapped from files (``magsim.recording.windows.Windows``).
+    """
+
+    @property
+    def rows(self) -> int:
+        """Rows of a window."""
+
+    @property
+    def total_rows(self) -> int:
+        """Rows of all pieces that have windows."""
+
+    def __len__(self) -> int:
+        """Return the number of windows: one for every row that a window can begin with."""
+
+    def take(self, indices: np.ndarray) -> np.ndarray:
+        """Return windows, (m, rows, c)."""
+
+
+class ArrayWindows:
+    """Windows of arrays in memory.
 
     Parameters
     ----------
-    inputs : sequence of (n_i, c)
-    targets : sequence of (n_i, k)
-        One pair for each piece; pieces shorter than a window are left out.
-    length : int
+    pieces : sequence of (n_i, c)
+        Without gaps; pieces shorter than a window are left out.
+    rows : int
         Rows of a window.
-    batch : int
-        Windows of a batch.
 
     Raises
     ------
@@ -26,32 +45,62 @@ class RandomWindows:
         If no piece is as long as a window.
     """
 
-    def __init__(self, inputs: Sequence[np.ndarray], targets: Sequence[np.ndarray], *, length: int, batch: int) -> None:
-        pairs = [(x, y) for x, y in zip(inputs, targets, strict=True) if len(y) >= length]
-        if not pairs:
-            longest = max((len(y) for y in targets), default=0)
-            msg = f"a window has {length} rows, but the longest piece without a gap has {longest}"
+    def __init__(self, pieces: Sequence[np.ndarray], *, rows: int) -> None:
+        long = [piece for piece in pieces if len(piece) >= rows]
+        if not long:
+            longest = max((len(piece) for piece in pieces), default=0)
+            msg = f"a window has {rows} rows, but the longest piece without a gap has {longest}"
             raise ValueError(msg)
-        self.rows = sum(len(y) for _, y in pairs)
-        self._inputs = torch.tensor(np.concatenate([x for x, _ in pairs]), dtype=torch.float32)
-        self._targets = torch.tensor(np.concatenate([y for _, y in pairs]), dtype=torch.float32)
-        firsts, base = [], 0
-        for _, y in pairs:
-            firsts.append(torch.arange(base, base + len(y) - length + 1))
-            base += len(y)
-        self._starts = torch.cat(firsts)
-        self._within = torch.arange(length)
+        self.rows = rows
+        self.total_rows = sum(len(piece) for piece in long)
+        self._values = np.concatenate(long)
+        firsts = np.cumsum([0, *(len(piece) for piece in long[:-1])])
+        self._starts = np.concatenate(
+            [np.arange(first, first + len(piece) - rows + 1) for first, piece in zip(firsts, long, strict=True)]
+        )
+
+    def __len__(self) -> int:
+        return len(self._starts)
+
+    def take(self, indices: np.ndarray) -> np.ndarray:
+        """Return windows, (m, rows, c)."""
+        return self._values[self._starts[indices][:, None] + np.arange(self.rows)]
+
+
+class RandomBatches:
+    """Batches of windows at random offsets; every window is as likely as any other.
+
+    Parameters
+    ----------
+    sources : sequence of WindowSource
+        Inputs, targets, ...: the same windows of different columns.
+    batch : int
+        Windows of a batch.
+
+    Raises
+    ------
+    ValueError
+        If the sources have different windows.
+    """
+
+    def __init__(self, sources: Sequence[WindowSource], *, batch: int) -> None:
+        if len({(len(source), source.rows) for source in sources}) != 1:
+            sizes = ", ".join(f"{len(source)} of {source.rows} rows" for source in sources)
+            msg = f"the sources of batches need the same windows, and have {sizes}"
+            raise ValueError(msg)
+        self.rows = sources[0].total_rows
+        self._sources = tuple(sources)
         self._batch = batch
 
-    def __call__(self, generator: torch.Generator) -> tuple[Tensor, Tensor]:
-        """A batch: inputs (batch, c, length) and targets (batch, k, length)."""
-        picks = torch.randint(len(self._starts), (self._batch,), generator=generator)
-        rows = self._starts[picks, None] + self._within
-        return tuple(part[rows].transpose(1, 2).contiguous() for part in (self._inputs, self._targets))
+    def __call__(self, generator: torch.Generator) -> tuple[Tensor, ...]:
+        """Return a batch of each source, (batch, c, rows) float32."""
+        picks = torch.randint(len(self._sources[0]), (self._batch,), generator=generator).numpy()
+        windows = (np.ascontiguousarray(source.take(picks).transpose(0, 2, 1)) for source in self._sources)
+        return tuple(torch.from_numpy(values.astype(np.float32, copy=False)) for values in windows)
 
 
 def starts_of(rows: int, length: int, stride: int) -> list[int]:
-    """First rows of windows that cover a piece: every ``stride``, and one that ends at the last row."""
+    """Return the first rows of windows that cover a piece: every ``stride``, and one that ends at the last row."""
     if rows <= length:
         return [0]
     return sorted({*range(0, rows - length, stride), rows - length})

@@ -37,12 +37,12 @@ class SampleMLP(nn.Module):
         return self.layers(x.transpose(1, 2)).squeeze(2)
 
     def start_at_zero(self) -> None:
-        """Set the last layer to zero, so that an untrained network puts out nothing."""
+        """Set the last layer to zero, so that an untrained network returns zeros."""
         _zero(self.layers)
 
 
 class WindowMLP(nn.Module):
-    """A perceptron on a whole window that puts out its last sample (paper 000's BPNN, a reconstruction).
+    """A perceptron on a whole window that returns its last sample (paper 000's BPNN, a reconstruction).
 
     With 19 channels, 320 samples and 112 hidden units it has 681,185 parameters and 681,072 multiply-accumulates;
     the paper prints 0.684 million.
@@ -66,7 +66,7 @@ class WindowMLP(nn.Module):
         return self.layers(x.flatten(1))
 
     def start_at_zero(self) -> None:
-        """Set the last layer to zero, so that an untrained network puts out nothing."""
+        """Set the last layer to zero, so that an untrained network returns zeros."""
         _zero(self.layers)
 
 

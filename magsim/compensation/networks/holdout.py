@@ -1,4 +1,4 @@
-"""Which rows of the calibration judge how long to train.
+"""Which rows of the calibration decide how long to train.
 
 A whole leg held out asks for a heading that nothing has taught. Blocks of time out of all legs ask what the next
 circuit will ask: the headings that were flown. They are as long as the samples are correlated, with a gap to what is
@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magsim.dataset import Training
 from magsim.recording import Recording
 
 BLOCK_S, PERIOD_S, FIRST_S = 32.0, 128.0, 48.0
@@ -27,8 +28,25 @@ class Watched(NamedTuple):
     rows: np.ndarray
 
 
+def legs(training: Training) -> tuple[list[Recording], list[Watched]]:
+    """Hold the validation rows out.
+
+    Returns
+    -------
+    learned : list of Recording
+        The training rows of each recording.
+    watched : list of Watched
+        The validation rows, in the recordings that touch them.
+    """
+    pairs = list(zip(training.recordings, training.valid, strict=True))
+    learned = [
+        recording.take(~valid) if valid.any() else recording for recording, valid in pairs if (~valid).sum() >= 2
+    ]
+    return learned, [Watched(recording, valid) for recording, valid in pairs if valid.any()]
+
+
 def blocks(recordings: Sequence[Recording]) -> tuple[list[Recording], list[Watched]]:
-    """Take blocks of time out of recordings.
+    """Hold blocks of time out of recordings.
 
     Returns
     -------
@@ -48,5 +66,5 @@ def blocks(recordings: Sequence[Recording]) -> tuple[list[Recording], list[Watch
 
 
 def whole(recordings: Sequence[Recording]) -> list[Watched]:
-    """All rows of recordings."""
+    """Watch all rows of recordings."""
     return [Watched(recording, np.ones(len(recording), dtype=bool)) for recording in recordings]

@@ -14,7 +14,7 @@ BAND_EDGE_S = 6.0
 
 
 def band_matrix(length: int, rate_hz: float) -> np.ndarray:
-    """The forward-backward band-pass as a matrix on a window, its ends left out.
+    """Return the forward-backward band-pass as a matrix on a window, its ends left out.
 
     Rows hold the impulse response of ``signals.band_pass``, so a product with a window that is zero outside equals
     the filter. Inside a longer signal the rows near the ends lack what lies beyond the window.
@@ -66,12 +66,12 @@ class ResidualLoss:
     last: bool
 
     def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
-        """Loss of a batch: inputs (B, M, T), targets (B, 1, T)."""
+        """Return the loss of a batch: inputs (B, M, T), targets (B, 1, T)."""
         inputs, targets = batch
         return [self.of(module(inputs), targets[:, 0])]
 
     def of(self, output: Tensor, target: Tensor) -> Tensor:
-        """Loss of an output, (B, T) or (B, 1), against a target (B, T)."""
+        """Return the loss of an output, (B, T) or (B, 1), against a target (B, T)."""
         error = output - (target[:, -1:] if self.last else target)
         loss = (error**2).mean()
         if self.band is not None:
@@ -81,7 +81,7 @@ class ResidualLoss:
 
 @dataclass(frozen=True)
 class TutoredLoss:
-    """Paper 000, eq. 39: at first learn what Tolles-Lawson says, then more and more the truth.
+    """Paper 000, eq. 39: at first learn the Tolles-Lawson estimate, then more and more the truth.
 
     Two losses, ``e^(-v k)`` times that against the Tolles-Lawson estimate and ``1 - e^(-v k)`` times that against the
     truth, k the epoch. The paper gives neither v nor the unit of k.
@@ -99,8 +99,12 @@ class TutoredLoss:
     steps_per_epoch: float
 
     def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
-        """Both weighted losses of a batch: inputs (B, M, T), targets (B, 2, T) with truth and tutor."""
+        """Return both weighted losses of a batch: inputs (B, M, T), targets (B, 2, T) with truth and tutor."""
         inputs, targets = batch
         output = module(inputs)
         share = math.exp(-self.decay * step / self.steps_per_epoch)
         return [share * self.truth.of(output, targets[:, 1]), (1.0 - share) * self.truth.of(output, targets[:, 0])]
+
+
+Loss = ResidualLoss | TutoredLoss
+"""Losses of networks on a first stage."""

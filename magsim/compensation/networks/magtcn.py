@@ -24,7 +24,7 @@ class RevIN(nn.Module):
         self.eps = eps
 
     def normalize(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Normalized (B, M, T) with the mean and the deviation (B, M, 1) that undo it."""
+        """Return normalized (B, M, T) with the mean and the deviation (B, M, 1) that undo it."""
         mean = x.mean(dim=2, keepdim=True)
         deviation = torch.sqrt(x.var(dim=2, unbiased=False, keepdim=True) + self.eps)
         return self.gain[:, None] * (x - mean) / deviation + self.offset[:, None], mean, deviation
@@ -73,7 +73,7 @@ class DepthwiseFFT(nn.Module):
 
 
 def _fast_size(least: int) -> int:
-    """Smallest number not below ``least`` with no prime factor but 2 and 3: sizes that every FFT does well."""
+    """Return the smallest number not below ``least`` with no prime factor but 2 and 3, which every FFT does well."""
     sizes = (2**i * 3**j for i in range(24) for j in range(3))
     return min(size for size in sizes if size >= least)
 
@@ -179,7 +179,7 @@ class MagTCN(nn.Module):
         return self.head(y.transpose(1, 2)).squeeze(2) if self.per_time else self.head(y.flatten(1))
 
     def start_at_zero(self) -> None:
-        """Set the head to zero, so that an untrained network puts out nothing."""
+        """Set the head to zero, so that an untrained network returns zeros."""
         nn.init.zeros_(self.head.weight)
         nn.init.zeros_(self.head.bias)
 
@@ -187,7 +187,7 @@ class MagTCN(nn.Module):
 def multiply_accumulates(
     channels: int, *, width: int, expansion: int = 2, kernel: int = 51, window: int = 320, head: Head = "per-time"
 ) -> int:
-    """Multiply-accumulates of one window through a MagTCN of one block, with its convolution counted directly."""
+    """Count the multiply-accumulates of one window through a MagTCN of one block; convolutions count directly."""
     m, d, r, t = channels, width, expansion, window
     body = 2 * m * d * t + m * d * t * kernel + 2 * r * m * t * d**2 + 2 * r * d * t * m**2
     return body + {"flat": m * t * t, "per-time": m * t, "last": m * t}[head]

@@ -8,8 +8,9 @@ from pydantic import AfterValidator, Field
 from torch import nn
 
 from magsim.compensation.networks.bp import SampleMLP, WindowMLP
+from magsim.compensation.networks.compensator import ResidualNetwork
 from magsim.compensation.networks.magtcn import MagTCN
-from magsim.compensation.networks.residual import Count, Features, Rate, ResidualNetwork
+from magsim.compensation.networks.settings import Count, Inputs, Rate, ResidualSettings
 
 
 def _odd(value: int) -> int:
@@ -22,19 +23,39 @@ def _odd(value: int) -> int:
 Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
 
 
-@dataclass(kw_only=True, eq=False, repr=False)
-class MagTCNCompensator(ResidualNetwork):
-    """MagTCN of Wang and Zuo (paper 000) on what a Tolles-Lawson stage leaves.
+@dataclass(frozen=True, kw_only=True)
+class MagTCNSettings(ResidualSettings):
+    """Parameters of ``magtcn``.
 
-    Parameters
+    Attributes
     ----------
     width, expansion, kernel, head, revin, blocks
         See ``magsim.compensation.networks.MagTCN``. Window statistics (``revin``) hurt on a residual.
     features, first_stage, ... , threads
-        See ``ResidualNetwork``.
+        See ``ResidualSettings``.
     """
 
+    # The held-out error rises first and falls below its start only after some hundred steps.
+    patience: Count = 40
+    width: Count = 8
+    expansion: Count = 2
+    kernel: Kernel = 51
+    head: Literal["flat", "per-time", "last"] = "per-time"
+    revin: bool = False
+    blocks: Count = 1
+
+    @property
+    def last(self) -> bool:
+        """Whether the head returns the last sample of a window only."""
+        return self.head == "last"
+
+
+class MagTCNCompensator(ResidualNetwork):
+    """MagTCN of Wang and Zuo (paper 000) on what a Tolles-Lawson stage leaves; parameters: ``MagTCNSettings``."""
+
     name = "magtcn"
+    settings_type = MagTCNSettings
+    settings: MagTCNSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         # Seconds on one core: for the demonstration.
         "demo": {"width": 4, "steps": 1000, "batch": 8, "every": 50, "learning_rate": 1e-2, "patience": 20},
@@ -60,39 +81,26 @@ class MagTCNCompensator(ResidualNetwork):
         },
     }
 
-    # The held-out error rises first and falls below its start only after some hundred steps.
-    patience: Count = 40
-    width: Count = 8
-    expansion: Count = 2
-    kernel: Kernel = 51
-    head: Literal["flat", "per-time", "last"] = "per-time"
-    revin: bool = False
-    blocks: Count = 1
-
-    @property
-    def last(self) -> bool:  # type: ignore[override]
-        """Whether the head puts out the last sample of a window only."""
-        return self.head == "last"
-
     def make_module(self, channels: int) -> nn.Module:
-        """A MagTCN of these sizes."""
+        """Return a MagTCN of these sizes."""
+        settings = self.settings
         return MagTCN(
             channels,
-            width=self.width,
-            expansion=self.expansion,
-            kernel=self.kernel,
-            window=self.window,
-            head=self.head,
-            revin=self.revin,
-            blocks=self.blocks,
+            width=settings.width,
+            expansion=settings.expansion,
+            kernel=settings.kernel,
+            window=settings.window,
+            head=settings.head,
+            revin=settings.revin,
+            blocks=settings.blocks,
         )
 
 
-@dataclass(kw_only=True, eq=False, repr=False)
-class BPCompensator(ResidualNetwork):
-    """Plain back-propagation network on what a Tolles-Lawson stage leaves.
+@dataclass(frozen=True, kw_only=True)
+class BPSettings(ResidualSettings):
+    """Parameters of ``bp``.
 
-    Parameters
+    Attributes
     ----------
     per : {"sample", "window"}
         One sample in, one out, as paper 001; or a flattened window in and its last sample out, as paper 000.
@@ -100,10 +108,29 @@ class BPCompensator(ResidualNetwork):
         Sizes of the hidden layers.
     activation : {"relu", "tanh", "gelu"}
     features, first_stage, ... , threads
-        See ``ResidualNetwork``.
+        See ``ResidualSettings``.
     """
 
+    per: Literal["sample", "window"] = "sample"
+    hidden: Annotated[tuple[Count, ...], Field(min_length=1)] = (32, 32)
+    activation: Literal["relu", "tanh", "gelu"] = "tanh"
+    features: Inputs = ("tl16",)
+    steps: Count = 4000
+    learning_rate: Rate = 1e-2
+    patience: Count = 40
+
+    @property
+    def last(self) -> bool:
+        """Whether a window gives its last sample only."""
+        return self.per == "window"
+
+
+class BPCompensator(ResidualNetwork):
+    """Plain back-propagation network on what a Tolles-Lawson stage leaves; parameters: ``BPSettings``."""
+
     name = "bp"
+    settings_type = BPSettings
+    settings: BPSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "demo": {"steps": 2000, "batch": 8, "every": 50},
         "cpu": {"steps": 4000, "batch": 16, "every": 100},
@@ -143,26 +170,14 @@ class BPCompensator(ResidualNetwork):
         },
     }
 
-    per: Literal["sample", "window"] = "sample"
-    hidden: Annotated[tuple[Count, ...], Field(min_length=1)] = (32, 32)
-    activation: Literal["relu", "tanh", "gelu"] = "tanh"
-    features: Features = ("tl16",)
-    steps: Count = 4000
-    learning_rate: Rate = 1e-2
-    patience: Count = 40
-
-    @property
-    def last(self) -> bool:  # type: ignore[override]
-        """Whether a window gives its last sample only."""
-        return self.per == "window"
-
     @property
     def causal(self) -> bool:  # type: ignore[override]
         """True: a sample knows no other, and a window ends at its output."""
         return True
 
     def make_module(self, channels: int) -> nn.Module:
-        """A perceptron of these sizes."""
-        if self.last:
-            return WindowMLP(channels, self.window, self.hidden, self.activation)
-        return SampleMLP(channels, self.hidden, self.activation)
+        """Return a perceptron of these sizes."""
+        settings = self.settings
+        if settings.last:
+            return WindowMLP(channels, settings.window, settings.hidden, settings.activation)
+        return SampleMLP(channels, settings.hidden, settings.activation)

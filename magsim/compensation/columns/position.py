@@ -1,7 +1,7 @@
 """Columns of the Earth's field along the path: Taylor terms of the position, and the height (paper 002, eq. 11 to 16).
 
 They are signal. A fit holds them beside the columns of the platform, so that what the band-pass lets through of the
-geology and of the vertical gradient is not taken for interference; nothing of them is ever taken away.
+geology and of the vertical gradient is not mistaken for interference; nothing of them is ever subtracted.
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magsim import columns
-from magsim.compensation.features import Design, require
+from magsim.compensation.columns.base import Design, require
 from magsim.errors import DataError
 from magsim.recording import Recording
 
@@ -21,7 +21,7 @@ NEAR = 2.0
 """Flights are at one place where their middles are apart by at most this many times the sum of their radii."""
 
 
-class Place(NamedTuple):
+class FlownArea(NamedTuple):
     """Middle of what was flown at one place, and half of its extent: scaled positions run from -1 to 1 there."""
 
     lat_deg: float
@@ -32,7 +32,7 @@ class Place(NamedTuple):
     half_alt_m: float
 
 
-class Gradient(NamedTuple):
+class PositionColumns(NamedTuple):
     """Columns of the Earth's field for a fit.
 
     Attributes
@@ -42,21 +42,21 @@ class Gradient(NamedTuple):
         positions, ``names`` and ``units`` to physical ones.
     scale : (c,)
         What a coefficient is divided by to be physical: powers of the half extents.
-    places : tuple of Place
+    areas : tuple of FlownArea
     """
 
     designs: list[Design]
     scale: np.ndarray
-    places: tuple[Place, ...]
+    areas: tuple[FlownArea, ...]
 
 
 def powers(order: int) -> list[tuple[int, int]]:
-    """Exponents of latitude and longitude of the Taylor terms (n - k, k) for n = 1 .. order; 2, 5, 9, 14 pairs."""
+    """Return the exponents (n - k, k) of latitude and longitude for n = 1 .. order: 2, 5, 9, 14 pairs."""
     return [(n - k, k) for n in range(1, order + 1) for k in range(n + 1)]
 
 
-def gradient(recordings: Sequence[Recording], order: int, *, vertical: bool) -> Gradient:
-    """Columns (lat - lat0)^(n - k) (lon - lon0)^k and height, of scaled positions.
+def position_columns(recordings: Sequence[Recording], order: int, *, vertical: bool) -> PositionColumns:
+    """Form the columns (lat - lat0)^(n - k) (lon - lon0)^k and height, of scaled positions.
 
     Position is that of the INS. It is counted from the middle of the flights of one place and divided by half of
     their extent, since raw powers explode. The origin does not matter: it mixes the terms of lower orders, and the
@@ -79,29 +79,30 @@ def gradient(recordings: Sequence[Recording], order: int, *, vertical: bool) -> 
     """
     exponents = [(*pair, 0) for pair in powers(order)] + [(0, 0, 1)] * vertical
     if not exponents:
-        return Gradient([Design((), (), np.zeros((len(recording), 0))) for recording in recordings], np.zeros(0), ())
+        empty = [Design((), (), np.zeros((len(recording), 0))) for recording in recordings]
+        return PositionColumns(empty, np.zeros(0), ())
     where = [_position(recording, order, vertical=vertical) for recording in recordings]
     groups = _groups(where)
-    places = tuple(_place([where[i] for i in group]) for group in groups)
+    areas = tuple(_area([where[i] for i in group]) for group in groups)
     names, units, scale = [], [], []
-    for number, place in enumerate(places, start=1):
-        mark = f" [{number}]" if len(places) > 1 else ""
+    for number, area in enumerate(areas, start=1):
+        mark = f" [{number}]" if len(areas) > 1 else ""
         names += [_name(exponent) + mark for exponent in exponents]
         units += [_unit(exponent) for exponent in exponents]
-        scale += [np.prod(np.power(place[3:], exponent)) for exponent in exponents]
+        scale += [np.prod(np.power(area[3:], exponent)) for exponent in exponents]
     designs: list[Design] = []
     for i, position in enumerate(where):
         number = next(n for n, group in enumerate(groups) if i in group)
-        scaled = _scaled(position, places[number])
+        scaled = _scaled(position, areas[number])
         matrix = np.zeros((len(position), len(names)))
         for column, exponent in enumerate(exponents, start=number * len(exponents)):
             matrix[:, column] = np.prod(scaled**exponent, axis=1)
         designs.append(Design(tuple(names), tuple(units), matrix))
-    return Gradient(designs, np.array(scale), places)
+    return PositionColumns(designs, np.array(scale), areas)
 
 
 def _position(recording: Recording, order: int, *, vertical: bool) -> np.ndarray:
-    """Latitude, longitude [deg] and height [m], (n, 3), without a jump at the date line; zero where not asked for."""
+    """Return latitude, longitude [deg] and height [m], (n, 3), continuous at the date line; 0 where not asked for."""
     names = [columns.INS_ATTITUDE.name(angle=angle) for angle in ("lat", "lon")] if order else []
     names += [columns.INS_ALTITUDE.pattern] if vertical else []
     require(recording, names)
@@ -128,12 +129,12 @@ def _position(recording: Recording, order: int, *, vertical: bool) -> np.ndarray
 
 
 def _wrapped(difference_deg: np.ndarray) -> np.ndarray:
-    """Differences of longitudes the short way round, in [-180, 180) degrees."""
+    """Return differences of longitudes the short way round, in [-180, 180) degrees."""
     return (difference_deg + 180.0) % 360.0 - 180.0
 
 
 def _groups(where: Sequence[np.ndarray]) -> list[list[int]]:
-    """Numbers of the flights of each place: those that are near each other, directly or over others."""
+    """Return the numbers of the flights of each place: those near each other, directly or through others."""
     middles = np.array([(p.min(axis=0) + p.max(axis=0)) / 2.0 for p in where])
     halves = np.array([np.ptp(p, axis=0) / 2.0 for p in where])
     shrink = np.cos(np.radians(middles[:, 0]))
@@ -149,25 +150,25 @@ def _groups(where: Sequence[np.ndarray]) -> list[list[int]]:
     return sorted(groups)
 
 
-def _place(where: Sequence[np.ndarray]) -> Place:
-    """Middle and half extent of flights; an extent of zero counts as one unit."""
+def _area(where: Sequence[np.ndarray]) -> FlownArea:
+    """Return middle and half extent of flights; an extent of zero counts as one unit."""
     beside = np.concatenate([_beside(position, where[0][0, 1]) for position in where])
     low, high = beside.min(axis=0), beside.max(axis=0)
     half = np.where(high > low, (high - low) / 2.0, 1.0)
     middle = (low + high) / 2.0
     middle[1] = _wrapped(middle[1])
-    return Place(*middle.tolist(), *half.tolist())
+    return FlownArea(*middle.tolist(), *half.tolist())
 
 
 def _beside(position: np.ndarray, lon_deg: float) -> np.ndarray:
-    """Positions with the longitudes of a flight brought next to a given one by whole turns."""
+    """Return positions whose longitudes are shifted next to a given one by whole turns."""
     turns = np.round((position[0, 1] - lon_deg) / 360.0)
     return position - np.array([0.0, 360.0 * turns, 0.0])
 
 
-def _scaled(position: np.ndarray, place: Place) -> np.ndarray:
-    """Positions in a place, (n, 3), from -1 to 1 on what was flown there."""
-    return (_beside(position, place.lon_deg) - place[:3]) / place[3:]
+def _scaled(position: np.ndarray, area: FlownArea) -> np.ndarray:
+    """Return positions in an area, (n, 3), from -1 to 1 on what was flown there."""
+    return (_beside(position, area.lon_deg) - area[:3]) / area[3:]
 
 
 def _name(exponent: tuple[int, int, int]) -> str:

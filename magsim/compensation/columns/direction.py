@@ -1,0 +1,81 @@
+"""The direction of the field in the axes of a fluxgate, and its derivative by time."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+
+from magsim import columns, signals
+from magsim.errors import DataError, RequestError
+from magsim.recording import Recording
+
+Derivative = Literal["central", "spline"]
+
+
+def pick_fluxgate(recordings: Sequence[Recording], wanted: str | None = None) -> str:
+    """Return the fluxgate to use: the named one, else the first of the first recording.
+
+    Raises
+    ------
+    RequestError
+        If a recording does not have it.
+    """
+    found = wanted or next(iter(recordings[0].fluxgates), None)
+    for recording in recordings:
+        if found is None or found not in recording.fluxgates:
+            has = ", ".join(recording.fluxgates) or "none"
+            msg = f"recording {recording.name!r} has no fluxgate {found or ''!r}; it has {has}"
+            raise RequestError(msg)
+    return str(found)
+
+
+def mean_strength(recordings: Sequence[Recording], fluxgate: str) -> float:
+    """Return the mean length of a fluxgate's reading over recordings [nT]."""
+    readings = np.concatenate([recording.vector(columns.FLUX, sensor=fluxgate) for recording in recordings])
+    return float(np.linalg.norm(readings, axis=1).mean())
+
+
+def direction_cosines(recording: Recording, fluxgate: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the direction of the field in sensor axes, (n, 3), and its length, (n,) [nT].
+
+    Raises
+    ------
+    RequestError
+        If the recording has no such fluxgate.
+    DataError
+        If a reading is not finite or zero.
+    """
+    pick_fluxgate([recording], fluxgate)
+    reading = recording.vector(columns.FLUX, sensor=fluxgate)
+    length = np.sqrt(np.einsum("ni,ni->n", reading, reading))
+    bad = ~(np.isfinite(length) & (length > 0.0))
+    if bad.any():
+        when = recording.time_s[np.argmax(bad)]
+        msg = f"recording {recording.name!r}: fluxgate {fluxgate!r} has no direction at {when:g} s"
+        raise DataError(msg)
+    return reading / length[:, None], length
+
+
+def time_derivative(values: np.ndarray, time_s: np.ndarray, method: Derivative = "central") -> np.ndarray:
+    """Differentiate by time, never across a gap; a row that stands alone has 0.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    time_s : (n,) [s]
+    method : {"central", "spline"}
+        Central differences, or the cubic spline through the samples.
+
+    Returns
+    -------
+    (n, ...) [unit of values / s]
+    """
+    out = np.zeros_like(values)
+    rate_hz = 1.0 / np.median(np.diff(time_s))
+    for span in signals.spans(time_s):
+        count = span.stop - span.start
+        if count >= 4 and method == "spline":
+            out[span] = signals.spline_derivative(values[span], rate_hz)
+        elif count >= 2:
+            out[span] = signals.derivative(values[span], rate_hz)
+    return out

@@ -1,0 +1,111 @@
+"""Tolles-Lawson columns, 3 to 18 of them (paper 000, eq. 26, with its typo resolved: the last entry is u3 u2')."""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from magsim import columns
+from magsim.compensation.columns.base import Design
+from magsim.compensation.columns.direction import Derivative, direction_cosines, time_derivative
+from magsim.recording import Recording
+
+Terms = Literal[3, 8, 9, 16, 18]
+
+INDUCED_18 = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+EDDY_18 = ((0, 0), (1, 0), (2, 0), (0, 2), (1, 2), (2, 2), (0, 1), (1, 1), (2, 1))
+"""Pairs (i, j) of the columns u_i u_j and u_i u_j' (paper 001)."""
+
+INDUCED_16 = tuple(pair for pair in INDUCED_18 if pair != (1, 1))
+EDDY_16 = tuple(pair for pair in EDDY_18 if pair != (1, 1))
+"""The same without u2 u2 and u2 u2', which follow from u . u = 1 and u . u' = 0 (paper 000)."""
+
+
+class TermPairs(NamedTuple):
+    """Pairs (i, j) of the induced and of the eddy-current columns."""
+
+    induced: tuple[tuple[int, int], ...]
+    eddy: tuple[tuple[int, int], ...]
+
+
+TERMS: dict[int, TermPairs] = {
+    3: TermPairs((), ()),
+    8: TermPairs(INDUCED_16, ()),
+    9: TermPairs(INDUCED_18, ()),
+    16: TermPairs(INDUCED_16, EDDY_16),
+    18: TermPairs(INDUCED_18, EDDY_18),
+}
+"""Columns beside the 3 permanent ones, by the number of all: permanent alone; with induced; with eddy currents too."""
+
+
+def tolles_lawson_columns(cosines: np.ndarray, rates: np.ndarray, strength: np.ndarray, terms: int) -> np.ndarray:
+    """Form the columns in canonical order: 3 permanent, then induced, then eddy.
+
+    Parameters
+    ----------
+    cosines : (n, 3)
+        Direction of the field, u.
+    rates : (n, 3) [1/s]
+        Its derivative by time, u'.
+    strength : (n,) [nT]
+        Field strength, B.
+    terms : {3, 8, 9, 16, 18}
+
+    Returns
+    -------
+    (n, terms)
+        u_i with coefficients in nT; B u_i u_j without unit; B u_i u_j' [nT/s] with coefficients in s.
+    """
+    pairs = TERMS[terms]
+    parts = [cosines]
+    parts += [(strength * cosines[:, i] * cosines[:, j])[:, None] for i, j in pairs.induced]
+    parts += [(strength * cosines[:, i] * rates[:, j])[:, None] for i, j in pairs.eddy]
+    return np.hstack(parts)
+
+
+def term_names(terms: int) -> tuple[str, ...]:
+    """Return the names of the columns, (terms,)."""
+    pairs = TERMS[terms]
+    names = [f"u{i + 1}" for i in range(3)]
+    names += [f"B u{i + 1} u{j + 1}" for i, j in pairs.induced] + [f"B u{i + 1} u{j + 1}'" for i, j in pairs.eddy]
+    return tuple(names)
+
+
+def term_units(terms: int) -> tuple[str, ...]:
+    """Return the units of the coefficients, (terms,)."""
+    pairs = TERMS[terms]
+    return ("nT",) * 3 + ("1",) * len(pairs.induced) + ("s",) * len(pairs.eddy)
+
+
+@dataclass(frozen=True)
+class TollesLawsonColumns:
+    """Tolles-Lawson columns from a fluxgate.
+
+    Attributes
+    ----------
+    terms : {3, 8, 9, 16, 18}
+    fluxgate : str
+        Name of the fluxgate that gives the direction cosines.
+    derivative : {"central", "spline"}
+        How the direction cosines are differentiated by time.
+    strength_nt : float [nT], optional
+        Field strength in the induced and eddy columns; by default the length of the fluxgate reading, row by row.
+    """
+
+    terms: Terms
+    fluxgate: str
+    derivative: Derivative = "central"
+    strength_nt: float | None = None
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The fluxgate."""
+        return (columns.FLUX.pattern,)
+
+    def __call__(self, recording: Recording) -> Design:
+        """Return the columns of a recording; see ``ColumnSet``."""
+        cosines, length = direction_cosines(recording, self.fluxgate)
+        rates = time_derivative(cosines, recording.time_s, self.derivative)
+        strength = length if self.strength_nt is None else np.full(len(length), self.strength_nt)
+        matrix = tolles_lawson_columns(cosines, rates, strength, self.terms)
+        return Design(term_names(self.terms), term_units(self.terms), matrix)

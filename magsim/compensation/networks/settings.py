@@ -1,0 +1,83 @@
+"""Settings of a network that learns what a closed-form first stage leaves."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from magsim.training import Plan
+
+Count = Annotated[int, Field(ge=1)]
+Weight = Annotated[float, Field(ge=0.0)]
+Rate = Annotated[float, Field(gt=0.0, le=1.0)]
+FirstStage = Literal["none", "tl16", "tl18", "tl16_measured", "tl18_measured"]
+Inputs = Annotated[tuple[Literal["tl16", "tl18", "attitude"], ...], Field(min_length=1)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResidualSettings:
+    """What all networks on a first stage have in common.
+
+    Attributes
+    ----------
+    features : tuple of str
+        Column sets that the network reads.
+    first_stage : str
+        Closed-form stage: ``none`` or a Tolles-Lawson method.
+    stage_band : {"in", "broad"}
+        How the stage is fitted.
+    fluxgate : str, optional
+        The first one of the first recording if not given.
+    scale : {"constant", "sample"}
+        Field strength in the Tolles-Lawson columns; see ``TollesLawson``.
+    window : int
+        Rows of a window.
+    stride : int
+        Rows between windows in use.
+    band_weight : float
+        Weight of the in-band error in the loss, beside the broadband error with weight 1; both relative to what the
+        stage leaves.
+    tutor : float
+        Decay rate v of paper 000's loss for each epoch; 0 learns the truth alone.
+    surgery : bool
+        Free the gradients of the two losses of ``tutor`` from conflicts.
+    hold_out : {"legs", "blocks"}
+        What the first run is judged on: the validation rows, or blocks of time out of training and validation rows. A
+        validation leg flies a heading that no training leg has taught, and either can stop at step 0;
+        ``docs/compensators.md`` has what both give.
+    steps, batch, learning_rate, decay, every, patience, threads
+        See ``magsim.training.Plan``.
+    refit : bool
+        Make the second run.
+    """
+
+    features: Inputs = ("tl16", "attitude")
+    first_stage: FirstStage = "tl16"
+    stage_band: Literal["in", "broad"] = "in"
+    fluxgate: str | None = None
+    scale: Literal["constant", "sample"] = "constant"
+    window: Count = 320
+    stride: Count = 80
+    band_weight: Weight = 1.0
+    tutor: Weight = 0.0
+    surgery: bool = False
+    steps: Count = 3000
+    batch: Count = 16
+    learning_rate: Rate = 3e-3
+    decay: bool = True
+    every: Count = 100
+    patience: Count = 10
+    hold_out: Literal["legs", "blocks"] = "legs"
+    refit: bool = True
+    threads: Count = 1
+
+    @property
+    def last(self) -> bool:
+        """Whether the network returns the last sample of a window only."""
+        return False
+
+    def plan(self, steps: int) -> Plan:
+        """Return the plan of a training run of so many steps."""
+        return Plan(
+            max(steps, 1), self.learning_rate, self.decay, self.every, self.patience, self.surgery, self.threads
+        )

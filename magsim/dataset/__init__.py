@@ -1,0 +1,28 @@
+"""Data: folders of recordings with their manifests, groups that belong together, training and test rows."""
+
+from magsim.dataset.folder import Dataset
+from magsim.dataset.groups import Data, Group, flights_of, groups_of
+from magsim.dataset.index import FlightInfo, split_rows
+from magsim.dataset.manifest import MANIFEST, FileEntry, FlightEntry, Manifest, read_bounded, read_manifest
+from magsim.dataset.rows import JudgedPiece, Training, pick_sensor, pieces_to_judge, training_rows
+
+__all__ = [
+    "MANIFEST",
+    "Data",
+    "Dataset",
+    "FileEntry",
+    "FlightEntry",
+    "FlightInfo",
+    "Group",
+    "JudgedPiece",
+    "Manifest",
+    "Training",
+    "flights_of",
+    "groups_of",
+    "pick_sensor",
+    "pieces_to_judge",
+    "read_bounded",
+    "read_manifest",
+    "split_rows",
+    "training_rows",
+]

@@ -1,0 +1,125 @@
+"""Which recordings belong together: a method is fitted on a group's training rows and judged on its test rows."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from magsim.dataset.folder import Dataset
+from magsim.dataset.index import FlightInfo, index_file, recording_files
+from magsim.dataset.manifest import MANIFEST, read_manifest
+from magsim.errors import RequestError
+from magsim.recording import Recording
+from magsim.storage import vetting
+
+Data = Recording | Dataset | Path | str | Iterable["Recording | Dataset | Path | str"]
+"""What is fitted or judged: a recording, a data set, a recording file, a folder of them, or several of these."""
+
+EVERYTHING = "all"
+"""Name of the group of everything that was given."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Flights that belong together.
+
+    Attributes
+    ----------
+    name : str
+    flights : tuple of FlightInfo
+    """
+
+    name: str
+    flights: tuple[FlightInfo, ...]
+
+
+def flights_of(data: Data) -> tuple[FlightInfo, ...]:
+    """List the flights of whatever was given, without reading their values.
+
+    Parameters
+    ----------
+    data : Recording, Dataset, Path, str, or several of them
+
+    Raises
+    ------
+    RequestError
+        If it is something else, or there is no such file or folder.
+    DataError
+        If a file is no recording or is damaged, or a manifest is broken.
+    """
+    return tuple(_flights(data))
+
+
+def _flights(data: Data) -> Iterator[FlightInfo]:
+    if isinstance(data, Recording):
+        yield FlightInfo.of(data)
+    elif isinstance(data, Dataset):
+        yield from _of_files(data.folder, data.files)
+    elif isinstance(data, Path | str):
+        path = Path(data)
+        yield from _of_files(path, recording_files(path)) if path.is_dir() else index_file(path)
+    elif isinstance(data, Iterable):
+        for item in data:
+            yield from _flights(item)
+    else:
+        msg = (
+            f"{type(data).__name__} holds no recordings; allowed: a Recording, a Dataset, the path of a recording file "
+            "or of a folder of them, or a list of these"
+        )
+        raise RequestError(msg)
+
+
+def _of_files(folder: Path, files: Iterable[Path]) -> Iterator[FlightInfo]:
+    """Yield the flights of files of a folder, with what its manifest states of them."""
+    files = tuple(files)
+    vetting.vet_many(files)
+    manifest = folder / MANIFEST
+    listed = {entry.name: entry for entry in read_manifest(manifest).files} if manifest.is_file() else {}
+    for path in files:
+        entry = listed.get(path.name)
+        for info in index_file(path):
+            yield info if entry is None else replace(info, group=entry.group, level=entry.level)
+
+
+def groups_of(data: Data) -> tuple[Group, ...]:
+    """Sort flights into groups.
+
+    A manifest that names groups decides. Else, where every file holds both training and test rows, each file is a
+    group. Else all that was given is one group.
+
+    Parameters
+    ----------
+    data : Recording, Dataset, Path, str, or several of them
+
+    Returns
+    -------
+    tuple of Group
+        In the order of their first flights.
+
+    Raises
+    ------
+    RequestError, DataError
+        As ``flights_of``.
+    """
+    flights = flights_of(data)
+    if flights and all(info.group is not None for info in flights):
+        keys = [(_folder(info), str(info.group)) for info in flights]
+    elif flights and all(info.file is not None for info in flights) and _files_are_whole(flights):
+        keys = [(_folder(info), Path(info.file_name).stem) for info in flights]
+    else:
+        return (Group(EVERYTHING, flights),) if flights else ()
+    return tuple(
+        Group(key[1], tuple(info for info, own in zip(flights, keys, strict=True) if own == key))
+        for key in dict.fromkeys(keys)
+    )
+
+
+def _folder(info: FlightInfo) -> str:
+    return "" if info.file is None else str(info.file.parent)
+
+
+def _files_are_whole(flights: tuple[FlightInfo, ...]) -> bool:
+    """Whether every file holds both training and test rows."""
+    splits: dict[Path | None, set[str]] = {}
+    for info in flights:
+        splits.setdefault(info.file, set()).update(info.splits)
+    return all({"train", "test"} <= found for found in splits.values())

@@ -1,0 +1,153 @@
+"""Training rows and test rows of recordings: the one place that cuts them.
+
+Rows that touch stay joined: training and validation rows of one flight are one recording, so that filters, windows and
+states with memory run through them; a test piece keeps what was flown before it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from magsim import columns
+from magsim.errors import RequestError
+from magsim.recording import Recording
+from magsim.signals import spans
+
+
+@dataclass(frozen=True)
+class Training:
+    """Rows to learn from.
+
+    Attributes
+    ----------
+    recordings : tuple of Recording
+        Labeled copies (``Recording.labeled``): rows of the splits ``train`` and ``valid`` in the order of time. Where
+        other rows were left out, time jumps.
+    valid : tuple of (n,) bool
+        For each recording its rows of the split ``valid``: they may guide when to stop and how large to be; a method
+        without such choices may learn from them too.
+    sensor : str
+        Name of the scalar magnetometer.
+    """
+
+    recordings: tuple[Recording, ...]
+    valid: tuple[np.ndarray, ...]
+    sensor: str
+
+    @property
+    def rows(self) -> dict[str, int]:
+        """Number of rows of the splits ``train`` and ``valid``."""
+        valid = sum(int(mask.sum()) for mask in self.valid)
+        return {"train": sum(len(recording) for recording in self.recordings) - valid, "valid": valid}
+
+
+def training_rows(recordings: Sequence[Recording], sensor: str | None = None) -> Training:
+    """Take the rows to learn from.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Of one with a column ``split`` the rows ``train`` and ``valid``, else all rows.
+    sensor : str, optional
+        The scalar magnetometer; the first one of the first recording if not given.
+
+    Raises
+    ------
+    RequestError
+        If there is no recording, no such magnetometer, or no training row.
+    """
+    if not recordings:
+        msg = "nothing to fit: no recording was given"
+        raise RequestError(msg)
+    sensor = pick_sensor(recordings, sensor)
+    kept, masks, learned = [], [], 0
+    for recording in recordings:
+        recording.check_scalar(sensor)
+        train, valid = _split(recording)
+        rows = train | valid
+        if rows.sum() >= 2:
+            kept.append(recording.take(rows).labeled())
+            masks.append(valid[rows])
+            learned += int(train.sum())
+    if not learned:
+        names = ", ".join(repr(recording.name) for recording in recordings)
+        msg = f"no training rows: no row of {names} has split = train"
+        raise RequestError(msg)
+    for mask in masks:
+        mask.flags.writeable = False
+    return Training(tuple(kept), tuple(masks), sensor)
+
+
+def pick_sensor(recordings: Sequence[Recording], sensor: str | None = None) -> str:
+    """Return the scalar magnetometer that is meant: the named one, else the first of the first recording.
+
+    Raises
+    ------
+    RequestError
+        If there is none.
+    """
+    found = sensor or next(iter(recordings[0].scalars), None)
+    if found is None:
+        msg = f"recording {recordings[0].name!r} has no scalar magnetometer"
+        raise RequestError(msg)
+    return found
+
+
+def _split(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Masks of the rows ``train`` and ``valid``; without a column ``split`` all rows are ``train``."""
+    if columns.SPLIT.pattern not in recording:
+        return np.ones(len(recording), dtype=bool), np.zeros(len(recording), dtype=bool)
+    return recording.mask(split="train"), recording.mask(split="valid")
+
+
+@dataclass(frozen=True)
+class JudgedPiece:
+    """A stretch of a recording without a gap: test rows, and all that was flown before them.
+
+    Attributes
+    ----------
+    whole : Recording
+        Up to the last test row.
+    judged : (n,) bool
+        Test rows in which the magnetometer reads.
+    reads : (n,) bool
+        All rows in which it reads: a filter may not run across the others.
+    """
+
+    whole: Recording
+    judged: np.ndarray
+    reads: np.ndarray
+
+
+def pieces_to_judge(recording: Recording, sensor: str) -> tuple[JudgedPiece, ...]:
+    """Take the test rows of a recording, each stretch with its lead-in.
+
+    Parameters
+    ----------
+    recording : Recording
+        With a column ``split``.
+    sensor : str
+        The scalar magnetometer.
+
+    Raises
+    ------
+    RequestError
+        If the recording has no such magnetometer or no column ``split``.
+    """
+    recording.check_scalar(sensor)
+    if columns.SPLIT.pattern not in recording:
+        msg = (
+            f"recording {recording.name!r} has no column 'split', which tells training rows from test rows; "
+            "magsim import makes it with --train and --test"
+        )
+        raise RequestError(msg)
+    reads = recording.reads(sensor)
+    judged = recording.mask(split="test") & reads
+    pieces = []
+    for span in spans(recording.time_s):
+        rows = np.flatnonzero(judged[span])
+        if len(rows) >= 2:
+            kept = slice(span.start, span.start + int(rows[-1]) + 1)
+            pieces.append(JudgedPiece(recording.take(kept), judged[kept], reads[kept]))
+    return tuple(pieces)
