@@ -57,21 +57,27 @@ _EXPORTS = {
     "load_aircraft": "magsim.aircraft",
     "simulate": "magsim.simulation",
     "Compensator": "magsim.compensation",
+    "FitContext": "magsim.compensation",
     "TollesLawson": "magsim.compensation",
-    "benchmark": "magsim.benchmark",
+    "Report": "magsim.benchmark",
+    "evaluate": "magsim.benchmark",
+    "read_recordings": "magsim.recording",
 }
 
 __all__ = [
     "Aircraft",
     "Compensator",
     "Dataset",
+    "FitContext",
     "Recording",
+    "Report",
     "Scenario",
     "TollesLawson",
     "__version__",
-    "benchmark",
+    "evaluate",
     "load_aircraft",
     "load_scenario",
+    "read_recordings",
     "simulate",
 ]
 

@@ -20,14 +20,15 @@ DEFAULT = "none,tl16,tl18,noise_floor"
     metavar="LIST",
     default=DEFAULT,
     show_default=True,
-    help="Names of methods, name:key=value:... for settings, and folders of trained runs, with commas between them.",
+    help="Names of methods, name:key=value:... for settings, your own classes as my_file.py:MyMethod, and folders of "
+    "trained runs, with commas between them.",
 )
 @click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the fits.")
 @click.option(
     "--scores",
     metavar="LIST",
-    help="Scores with a table by heading and maneuver, such as ir_003,ir; default std_nt,peak_nt.",
+    help="Metrics with a table by heading and maneuver, such as ir_003,ir; default std_nt,peak_nt.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
 @click.option(
@@ -52,31 +53,30 @@ def benchmark(  # noqa: PLR0917 - the options
 ) -> None:
     """Fit methods on the training rows of RECORDINGS and judge them on the test rows, against the truth.
 
-    RECORDINGS are files or folders; without any, those of the current folder. A trained run (see magsim train) is
-    judged as it is.
+    RECORDINGS are files or folders; without any, those of the current folder. What belongs together is fitted together:
+    the groups of a data set; else the flights of a file, if every file holds training and test rows; else all that was
+    given. A trained run (see magsim train) is judged without fitting it again.
     """
-    from magsim.benchmark import benchmark as judge
-    from magsim.benchmark.report import check_scores
-    from magsim.recording import read_recordings
+    from magsim.benchmark import evaluate
+    from magsim.benchmark.metrics import check_scores
 
     chosen = _methods(methods)
     tables = None if scores is None else [score.strip() for score in scores.split(",") if score.strip()]
     if tables is not None:
         check_scores(tables)
-    loaded = [recording for path in recordings or (Path(),) for recording in read_recordings(path)]
     if output is not None:
         _check_folder(output, force=force)
-    say = None if quiet else lambda text: click.echo(text, err=True)
-    report = judge(loaded, chosen, sensor=sensor, seed=seed, progress=say)
+    progress = None if quiet else lambda line: click.echo(line, err=True)
+    report = evaluate(recordings or (Path(),), chosen, sensor=sensor, seed=seed, progress=progress)
     if output is not None:
         _write(report, output, tables)
     click.echo(report.to_json() if as_json else report.to_text(scores=tables), nl=False)
 
 
-def _methods(text: str) -> "list[str | tuple[str, Compensator]]":
-    """Methods of the registry as typed, and trained runs by their folders, which the table calls by their last part."""
-    from magsim.benchmark.protocol import NOISE_FLOOR
-    from magsim.compensation import load, names
+def _methods(text: str) -> "list[str | Compensator | tuple[str, Compensator]]":
+    """Return methods of the registry as typed, and trained runs by their folders, named by their last part."""
+    from magsim.benchmark import NOISE_FLOOR
+    from magsim.compensation import load, make, names
     from magsim.errors import RequestError
 
     # a comma inside of brackets is one of a list: bp:hidden=[32,32]
@@ -85,11 +85,17 @@ def _methods(text: str) -> "list[str | tuple[str, Compensator]]":
         msg = "--methods: no method is named"
         raise RequestError(msg)
     known = (*names(), NOISE_FLOOR)
-    folders = [name.partition(":")[0].strip() not in known and (Path(name).is_dir() or "/" in name) for name in asked]
+    files = [".py:" in name for name in asked]
+    folders = [
+        not file and name.partition(":")[0].strip() not in known and (Path(name).is_dir() or "/" in name)
+        for name, file in zip(asked, files, strict=True)
+    ]
     short = [Path(name).name or name if folder else name for name, folder in zip(asked, folders, strict=True)]
-    out: list[str | tuple[str, Compensator]] = []
+    # classes of files first: a trained run may be one of them
+    own = {name: make(name) for name, file in zip(asked, files, strict=True) if file}
+    out: list[str | Compensator | tuple[str, Compensator]] = []
     for name, title, folder in zip(asked, short, folders, strict=True):
-        out.append((title if short.count(title) == 1 else name, load(name)) if folder else name)
+        out.append((title if short.count(title) == 1 else name, load(name)) if folder else own.get(name, name))
     return out
 
 
@@ -107,7 +113,7 @@ def _check_folder(folder: Path, *, force: bool) -> None:
 
 
 def _write(report: "Report", folder: Path, scores: list[str] | None) -> None:
-    """The report in three forms, the same bytes for the same data."""
+    """Write the report in three forms, the same bytes for the same data."""
     from magsim.storage import atomic_write
 
     texts = {

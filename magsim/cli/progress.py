@@ -4,9 +4,12 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from magsim.training import Progress
 
 
 @contextmanager
@@ -48,8 +51,8 @@ def stages(*, quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
 
 
 @contextmanager
-def training(*, quiet: bool = False) -> Iterator[Callable[[Any], None]]:
-    """Loss, validation error and remaining time: bars on a terminal, else one line for each tenth of a run.
+def training(*, quiet: bool = False) -> Iterator[Callable[["Progress"], None]]:
+    """Show loss, validation error and remaining time: bars on a terminal, else one line for each tenth of a run.
 
     Yields
     ------
@@ -62,40 +65,40 @@ def training(*, quiet: bool = False) -> Iterator[Callable[[Any], None]]:
     if not sys.stderr.isatty():
         yield _lines()
         return
+    from rich import progress as bars
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    shown = Progress(
-        TextColumn("{task.description:<8}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[text]}"),
+    shown = bars.Progress(
+        bars.TextColumn("{task.description:<8}"),
+        bars.BarColumn(),
+        bars.MofNCompleteColumn(),
+        bars.TextColumn("{task.fields[text]}"),
         console=Console(stderr=True),
     )
     tasks: dict[str, Any] = {}
 
-    def report(progress: Any) -> None:
+    def report(progress: "Progress") -> None:
         if progress.phase not in tasks:
             tasks[progress.phase] = shown.add_task(progress.phase, total=progress.steps, text="")
-        shown.update(tasks[progress.phase], completed=progress.step, text=_said(progress))
+        shown.update(tasks[progress.phase], completed=progress.step, text=_state(progress))
 
     with shown:
         yield report
 
 
-def _lines() -> Callable[[Any], None]:
-    told: dict[str, int] = {}
+def _lines() -> Callable[["Progress"], None]:
+    reported: dict[str, int] = {}
 
-    def report(progress: Any) -> None:
+    def report(progress: "Progress") -> None:
         tenth = 10 * progress.step // progress.steps
-        if told.get(progress.phase, -1) < tenth:
-            told[progress.phase] = tenth
-            click.echo(f"{progress.phase} {progress.step}/{progress.steps} {_said(progress)}", err=True)
+        if reported.get(progress.phase, -1) < tenth:
+            reported[progress.phase] = tenth
+            click.echo(f"{progress.phase} {progress.step}/{progress.steps} {_state(progress)}", err=True)
 
     return report
 
 
-def _said(progress: Any) -> str:
+def _state(progress: "Progress") -> str:
     loss = "-" if math.isnan(progress.loss) else f"{progress.loss:.4g}"
     eta = "-" if math.isnan(progress.eta_s) else f"{progress.eta_s:.0f} s"
     return f"loss {loss}, in band {progress.valid:.4f} nT (best {progress.best:.4f}), ETA {eta}"

@@ -1,7 +1,20 @@
-"""Compensators: what learns an aircraft's interference and predicts it from other instruments."""
+"""Compensators: what learns an aircraft's interference and estimates it from other instruments."""
 
-from magsim.compensation.base import Compensator
-from magsim.compensation.registry import create, load, names, parse_method, register
+from magsim.compensation.base import Compensator, FitContext
+from magsim.compensation.registry import create, load, make, names, parse_method, register
+from magsim.compensation.saving import State
 from magsim.compensation.tolles_lawson import TollesLawson, TollesLawsonReport
 
-__all__ = ["Compensator", "TollesLawson", "TollesLawsonReport", "create", "load", "names", "parse_method", "register"]
+__all__ = [
+    "Compensator",
+    "FitContext",
+    "State",
+    "TollesLawson",
+    "TollesLawsonReport",
+    "create",
+    "load",
+    "make",
+    "names",
+    "parse_method",
+    "register",
+]

@@ -204,6 +204,19 @@ def parse_method(text: str) -> tuple[str, dict[str, object]]:
     return name, settings
 
 
+def make(text: str) -> Compensator:
+    """Return an unfitted method from one line, ``name:key=value:preset=name``.
+
+    Raises
+    ------
+    RequestError
+        As ``parse_method`` and ``create``.
+    """
+    name, settings = parse_method(text)
+    preset = settings.pop("preset", None)
+    return create(name, preset=None if preset is None else str(preset), **settings)
+
+
 def preset_params(name: str, preset: str | None) -> dict[str, object]:
     """Return the parameters of a preset; none without one.
 

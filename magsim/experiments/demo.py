@@ -2,16 +2,14 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from magsim import plots
-from magsim.benchmark import Report, benchmark
-from magsim.compensation import Compensator, create
+from magsim.benchmark import Report, evaluate
+from magsim.compensation import Compensator, FitContext, create
 from magsim.errors import RequestError
 from magsim.recording import Recording
 from magsim.scenario import load_scenario
@@ -85,36 +83,29 @@ def run_demo(
         writer.adopt(name)
 
     say("3/4  compensate circuit 2 and score against the truth")
-    closed = [(name, create(name)) for name in CLOSED_FORM]
-    report = benchmark([recording], [*closed, *fitted, "noise_floor"], sensor=sensor)
+    report = evaluate(recording, [*CLOSED_FORM, *fitted, "noise_floor"], sensor=sensor)
     writer.write("report.json", lambda path: path.write_text(report.to_json(), encoding="utf-8"))
     writer.write("table.txt", lambda path: path.write_text(report.to_text(times=False), encoding="utf-8"))
 
     say("4/4  draw")
     for kind in FIGURES:
         writer.figure(f"{kind}.png", plots.KINDS[kind](recording, sensor))
-    test = recording.where(split="test")
-    estimates = _estimates([(name, method) for name, method in (*closed, *fitted) if name in DRAWN], test)
-    writer.figure("residuals.png", plots.plot_residuals(test, sensor, estimates))
+    drawn = {name: dict(fitted).get(name) or create(name).fit(recording, sensor=sensor) for name in DRAWN}
+    test = recording.mask(split="test")
+    estimates = {name: method.interference(recording)[test] for name, method in drawn.items()}
+    writer.figure("residuals.png", plots.plot_residuals(recording.take(test), sensor, estimates))
     writer.close()
     return DemoResult(recording, report, tuple(writer.folder / name for name in writer.written))
 
 
 def _train(name: str, recording: Recording, sensor: str, progress: Callable[[object], None]) -> Compensator:
     """Train one network with its demo preset."""
-    train, valid = (recording.where(split=split).labeled() for split in ("train", "valid"))
-    method = create(name, preset="demo")
-    return method.fit([train], sensor=sensor, valid=[valid], progress=progress)  # type: ignore[call-arg]
-
-
-def _estimates(methods: Sequence[tuple[str, Compensator]], test: Recording) -> dict[str, np.ndarray]:
-    """Interference of the test rows as each method has it."""
-    return {name: method.interference(test.blind()) for name, method in methods}
+    return create(name, preset="demo").fit(recording, sensor=sensor, context=FitContext(progress=progress))
 
 
 @dataclass
 class _Folder:
-    """The demo's folder: knows what it wrote, so that it never takes away anything else."""
+    """The demo's folder: remembers what it wrote, so that it never removes anything else."""
 
     folder: Path
     written: list[str]

@@ -12,7 +12,7 @@ from datetime import datetime
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from magsim import columns, metrics, signals
+from magsim import columns, signals
 from magsim.aircraft import Aircraft
 from magsim.arrays import readonly
 from magsim.earth import decimal_years, igrf
@@ -154,7 +154,7 @@ def _cells(recording: Recording) -> tuple[np.ndarray, list[np.ndarray]]:
     if heading is None or maneuver is None or not np.any(maneuver):
         msg = f"recording {recording.name!r} has no labeled maneuvers; a flight such as patterns/fom has"
         raise RequestError(msg)
-    mask = metrics.crop(recording.time_s) & (maneuver != 0)
+    mask = signals.off_ends(recording.time_s) & (maneuver != 0)
     if "turn" in recording:
         mask &= recording["turn"] == 0
     rows = np.flatnonzero(mask)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from magsim import columns
+from magsim.config.schema import did_you_mean
 from magsim.errors import RequestError
 from magsim.plots.slices import Slice
 from magsim.recording import Recording
@@ -146,6 +147,20 @@ KINDS: dict[str, Callable[[Recording, str | None], "Figure"]] = {
     "tow": plot_tow,
 }
 """Kinds of ``magsim plot``."""
+
+
+def plot(recording: Recording, kind: str, sensor: str | None = None) -> "Figure":
+    """Draw a figure of a kind.
+
+    Raises
+    ------
+    RequestError
+        If there is no such kind, or the recording lacks what it shows.
+    """
+    if kind not in KINDS:
+        msg = f"there is no figure {kind!r}{did_you_mean(kind, KINDS)}; allowed: {', '.join(KINDS)}"
+        raise RequestError(msg)
+    return KINDS[kind](recording, sensor)
 
 
 def pick_sensor(recording: Recording, sensor: str | None) -> str:

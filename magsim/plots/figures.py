@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.signal import welch
 
-from magsim import columns, metrics, signals
+from magsim import columns, signals
 from magsim.earth import wgs84
 from magsim.recording import Recording
 
@@ -190,7 +190,7 @@ def interference(recording: Recording, sensor: str) -> Figure:
             _shade_maneuvers(axes, recording)
             axes.plot(recording.time_s, line, color=color, lw=0.7)
             dress(axes, f"{name} [nT]", xlabel="time [s]" if i == len(rows) - 1 else "")
-        inner = metrics.crop(recording.time_s)
+        inner = signals.off_ends(recording.time_s)
         text = f"STD in band {np.std(band[inner]):.3g} nT"
         grid[i][1].annotate(text, (0.99, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=8, color=INK)
     grid[0][0].set_title(f"{recording.name}, {sensor}: interference", fontsize=10, color=INK, loc="left")
@@ -237,7 +237,7 @@ def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndar
     clean = recording[columns.CLEAN.name(sensor=sensor)]
     rows = {"before compensation": measured - clean}
     rows |= {name: measured - estimate - clean for name, estimate in estimates.items()}
-    inner = metrics.crop(recording.time_s)
+    inner = signals.off_ends(recording.time_s)
     after = 0.0
     for i, (axes, (name, error)) in enumerate(zip(grid, rows.items(), strict=True)):
         band = signals.band_pass(error, recording.rate_hz)

@@ -1,0 +1,257 @@
+"""Fit methods on training rows, judge them on test rows, and report: group by group."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from magsim import __version__, columns, signals
+from magsim.benchmark.judging import NOISE_FLOOR, judge
+from magsim.benchmark.report import Report, rows_of
+from magsim.benchmark.rows import Fit, Row
+from magsim.compensation import Compensator, FitContext, make, parse_method
+from magsim.dataset import Data, FlightInfo, Group, groups_of, pick_sensor, pieces_to_judge, training_rows
+from magsim.errors import RequestError
+from magsim.recording import Recording
+
+Method = str | Compensator | tuple[str, Compensator]
+"""A name with settings (``name:key=value``), ``noise_floor`` among them; a compensator; or a name for the table and a
+compensator."""
+
+
+@dataclass(frozen=True)
+class NamedMethod:
+    """A method with its name in the table; the noise floor has no compensator."""
+
+    name: str
+    compensator: Compensator | None
+
+    @property
+    def given(self) -> bool:
+        """Whether it came fitted."""
+        return self.compensator is not None and self.compensator.is_fitted
+
+
+def evaluate(
+    data: Data,
+    methods: Method | Sequence[Method],
+    *,
+    sensor: str | None = None,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Report:
+    """Fit methods on the training rows and judge them on the test rows.
+
+    What belongs together is fitted together: see ``magsim.dataset.groups_of``.
+
+    Parameters
+    ----------
+    data : Recording, Dataset, Path, str, or several of them
+        Recordings with the segment column ``split``.
+    methods : sequence
+        Names of methods, with settings if need be (``name:key=value``), ``noise_floor`` among them; compensators, of
+        which a copy is fitted if they are not yet; or pairs of a name for the table and a compensator.
+    sensor : str, optional
+        The scalar magnetometer; by default that of a fitted compensator, else the first of the first recording.
+    seed : int
+        Seed of the fits.
+    progress : callable, optional
+        Called with one line of text for each step.
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    RequestError
+        If a method, the sensor, a column, the training rows or the test rows are missing.
+    DataError
+        If a part is too short to be filtered, or an estimate is not what it must be.
+    """
+    named = named_methods(methods)
+    groups = groups_of(data)
+    if not groups:
+        msg = "nothing to benchmark: no recording was given"
+        raise RequestError(msg)
+    work = _Evaluation(named, _fitted_sensor(named, sensor), seed, progress or (lambda line: None))
+    for group in groups:
+        work.run(group)
+    return work.report()
+
+
+def named_methods(methods: Method | Sequence[Method]) -> tuple[NamedMethod, ...]:
+    """Return methods with their names for the table.
+
+    Raises
+    ------
+    RequestError
+        If there is none, a name is unknown or given twice, or something else is no method.
+    """
+    if isinstance(methods, str | Compensator):
+        methods = [methods]
+    named = tuple(_named(method) for method in methods)
+    names = [one.name for one in named]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        msg = f"method {', '.join(twice)} is given twice"
+        raise RequestError(msg)
+    if not named:
+        msg = "no method to benchmark was given"
+        raise RequestError(msg)
+    return named
+
+
+def _named(method: object) -> NamedMethod:
+    if isinstance(method, Compensator):
+        return NamedMethod(method.name, method)
+    if isinstance(method, str):
+        name, settings = parse_method(method)
+        if name != NOISE_FLOOR:
+            return NamedMethod(method, make(method))
+        if settings:
+            msg = f"{NOISE_FLOOR} has no settings; {method!r} gives {', '.join(settings)}"
+            raise RequestError(msg)
+        return NamedMethod(method, None)
+    if isinstance(method, tuple) and len(method) == 2:
+        name, compensator = method
+        if isinstance(name, str) and isinstance(compensator, Compensator):
+            return NamedMethod(name, compensator)
+    msg = (
+        f"{method!r} is no method; allowed: a name such as 'tl16', a compensator, or a pair of a name for the table "
+        "and a compensator"
+    )
+    raise RequestError(msg)
+
+
+def _fitted_sensor(named: Sequence[NamedMethod], sensor: str | None) -> str | None:
+    """Return the named sensor, else that of a fitted method; all fitted methods must be for it."""
+    fitted = {one.compensator.sensor_: one for one in named if one.compensator is not None and one.given}
+    sensor = sensor or next(iter(fitted), None)
+    other = next((name for name in fitted if name != sensor), None)
+    if other is not None:
+        msg = f"method {fitted[other].name} was trained for the sensor {other!r}, not {sensor!r}"
+        raise RequestError(msg)
+    return sensor
+
+
+def _warmup_s(methods: Sequence[NamedMethod]) -> float:
+    """Return the longest warm-up of all methods [s]: all are judged on the same rows."""
+    return max([0.0, *(one.compensator.warmup_s for one in methods if one.compensator is not None)])
+
+
+class _Evaluation:
+    """The work of ``evaluate``, group by group, and what it has found so far."""
+
+    def __init__(
+        self, named: Sequence[NamedMethod], sensor: str | None, seed: int, progress: Callable[[str], None]
+    ) -> None:
+        self.named, self.sensor, self.seed, self.progress = tuple(named), sensor, seed, progress
+        self.rows: list[Row] = []
+        self.fits = [Fit(one.name, "", (), 0, 0, given=True) for one in self.named if one.given]
+        self.notes: list[str] = []
+        self.fit_s: dict[tuple[str, str], float] = {}
+        self.judged: list[dict[str, object]] = []
+        self.groups: dict[str, list[str]] = {}
+        self.untested: list[str] = []
+        self.warmup_s = _warmup_s(named)
+
+    def run(self, group: Group) -> None:
+        """Fit and judge one group."""
+        recordings = [info.read() for info in group.flights]
+        sensor = pick_sensor(recordings, self.sensor)
+        # before the fits, which may take long
+        pairs = zip(group.flights, recordings, strict=True)
+        tests = [(info, recording) for info, recording in pairs if self._has_test_rows(recording, sensor)]
+        if not tests:
+            return
+        self.groups[group.name] = [info.name for info in group.flights]
+        fitted = [NamedMethod(one.name, self._fit(one, group, recordings, sensor)) for one in self.named]
+        self.warmup_s = _warmup_s(fitted)
+        for info, recording in tests:
+            self._judge(fitted, info, recording, sensor)
+
+    def _has_test_rows(self, recording: Recording, sensor: str) -> bool:
+        """Whether a recording has rows to be judged; note those that a dropout takes."""
+        found = bool(pieces_to_judge(recording, sensor))
+        test = recording.mask(split="test")
+        silent = test & ~recording.reads(sensor)
+        if silent.any():
+            self.notes.append(
+                f"recording {recording.name!r}: {silent.sum()} test rows in which {sensor!r} does not read are left "
+                f"out, and {signals.EDGE_S:g} s on both sides of each dropout"
+            )
+        if not found:
+            reading = f" and a reading of {sensor!r}" if test.any() else ""
+            self.untested.append(f"{recording.name!r} has split = test{reading}")
+        return found
+
+    def _fit(self, one: NamedMethod, group: Group, recordings: Sequence[Recording], sensor: str) -> Compensator | None:
+        """Return a fitted method: as it came, or a copy that is fitted on the group's training rows."""
+        if one.compensator is None or one.given:
+            return one.compensator
+        training = training_rows(recordings, sensor)
+        names = tuple(dict.fromkeys(recording.name for recording in training.recordings))
+        self.progress(f"fitting {one.name}")
+        started = time.process_time()
+        fitted = one.compensator.unfitted().fit_rows(training, FitContext(self.seed))
+        self.fit_s[one.name, group.name] = time.process_time() - started
+        self.fits.append(Fit(one.name, group.name, names, **training.rows, given=False))
+        return fitted
+
+    def _judge(self, fitted: Sequence[NamedMethod], info: FlightInfo, recording: Recording, sensor: str) -> None:
+        """Score every method on one recording."""
+        name = recording.name
+        truth = columns.CLEAN.name(sensor=sensor) in recording
+        if not truth:
+            self.notes.append(f"recording {name!r} has no truth: only the papers' scores, of the reading itself")
+        found = []
+        for one in fitted:
+            if one.compensator is None and (not truth or columns.INTERFERENCE.name(sensor=sensor) not in recording):
+                self.notes.append(f"recording {name!r} has no label and truth for the row {NOISE_FLOOR}")
+                continue
+            self.progress(f"{one.name} on {name}")
+            residuals = judge(
+                one.compensator,
+                recording,
+                sensor=sensor,
+                name=one.name,
+                warmup_s=self.warmup_s,
+                file=info.file_name,
+                level=info.level,
+                seed=self.seed,
+            )
+            found += rows_of(residuals)
+        count = sum(int(piece.judged.sum()) for piece in pieces_to_judge(recording, sensor))
+        self.judged.append({"recording": name, "file": info.file_name, "rows": count, "truth": truth})
+        if not any(row.metric == "ir_003" for row in found):
+            self.notes.append(
+                f"recording {name!r} has no ir_003: no test piece is longer than the "
+                f"{2.0 * signals.HIGH_PASS_EDGE_S:g} s that the high-pass needs"
+            )
+        self.rows += found
+
+    def report(self) -> Report:
+        """Return what was found.
+
+        Raises
+        ------
+        RequestError
+            If no recording had test rows.
+        """
+        if not self.rows:
+            msg = f"no test rows: no row of {', '.join(self.untested)}"
+            raise RequestError(msg)
+        compensators = [(one.name, one.compensator) for one in self.named if one.compensator is not None]
+        about = {
+            "magsim": __version__,
+            "seed": self.seed,
+            "band_hz": list(signals.BAND_HZ),
+            "edge_s": signals.EDGE_S,
+            "high_pass_hz": signals.HIGH_PASS_HZ,
+            "high_pass_edge_s": signals.HIGH_PASS_EDGE_S,
+            "warmup_s": self.warmup_s,
+            "methods": {name: {"method": c.name, "params": c.get_params()} for name, c in compensators},
+            "recordings": self.judged,
+            "groups": self.groups,
+        }
+        return Report(tuple(self.rows), tuple(self.fits), about, tuple(self.notes), self.fit_s)

@@ -1,0 +1,173 @@
+"""A run: the folder in which a method is trained and kept, what it is made of, and how it is resumed.
+
+``run.json`` holds the fingerprint of the run (method, parameters, seed, sensor, the exact rows), without paths, so that
+two machines agree. Beside it lie the states of the training, until it is through, and then the fitted method.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from magsim import __version__
+from magsim.compensation import saving
+from magsim.compensation.base import Compensator, FitContext
+from magsim.dataset import Training
+from magsim.errors import DataError, MagsimError, RequestError
+from magsim.recording import Recording
+from magsim.storage import atomic_write
+
+RUN, CHECKPOINT = "run.json", "checkpoint"
+
+Fingerprint = dict[str, Any]
+
+
+def fingerprint(compensator: Compensator, training: Training, *, preset: str | None, seed: int) -> Fingerprint:
+    """Describe what a run is made of: settings and the exact rows.
+
+    Parameters
+    ----------
+    compensator : Compensator
+        Unfitted.
+    training : Training
+    preset : str, optional
+        The preset that was asked for, for the reader alone.
+    seed : int
+    """
+    rows = []
+    for recording, valid in zip(training.recordings, training.valid, strict=True):
+        digest = hashlib.sha256(recording.time_s.tobytes())
+        for name in sorted(recording.data):
+            digest.update(name.encode() + recording[name].tobytes())
+        rows.append(
+            {
+                "recording": recording.name,
+                "first_last_rows": [_extent(piece) for piece in recording.pieces()],
+                "valid_rows": int(valid.sum()),
+                "sha256": digest.hexdigest(),
+            }
+        )
+    return {
+        "magsim": __version__,
+        "method": compensator.name,
+        "preset": preset,
+        "params": json.loads(json.dumps(compensator.get_params())),
+        "seed": seed,
+        "sensor": training.sensor,
+        "rows": rows,
+    }
+
+
+def _extent(piece: Recording) -> list[float]:
+    """Return first and last time [s] and the number of rows."""
+    return [float(piece.time_s[0]), float(piece.time_s[-1]), len(piece)]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A folder that is ready for a run.
+
+    Attributes
+    ----------
+    folder : Path
+    is_complete : bool
+        The run is there and through: there is nothing to do.
+    """
+
+    folder: Path
+    is_complete: bool
+
+    @classmethod
+    def open(cls, folder: Path, made_of: Fingerprint, *, resume: bool = False, force: bool = False) -> "Run":
+        """Make a folder ready, or find a run to resume in it.
+
+        Parameters
+        ----------
+        folder : Path
+            Made if need be.
+        made_of : dict
+            From ``fingerprint``.
+        resume : bool
+            Continue the run that the folder holds.
+        force : bool
+            Replace it.
+
+        Raises
+        ------
+        RequestError
+            If the folder holds a run that must not be touched, or none that could be resumed.
+        DataError
+            If what it holds is broken.
+        """
+        there = (folder / RUN).exists()
+        if resume and not there:
+            msg = f"{folder} holds no run to resume"
+            raise RequestError(msg)
+        if resume and not force:
+            if _read(folder / RUN) != made_of:
+                msg = (
+                    f"{folder} holds a run with other settings or recordings, which cannot be resumed; --force "
+                    "replaces it"
+                )
+                raise RequestError(msg)
+            return cls(folder, (folder / saving.SETTINGS).exists())
+        if folder.exists() and not force and (there or any(folder.iterdir() if folder.is_dir() else [folder])):
+            what = "a run" if there else "files"
+            msg = (
+                f"{folder} holds {what} already: --resume continues a run, --force replaces it, -o names another folder"
+            )
+            raise RequestError(msg)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            msg = f"cannot make the folder {folder}: {error.strerror}"
+            raise RequestError(msg) from None
+        for name in (*saving.FILES, RUN):
+            (folder / name).unlink(missing_ok=True)
+        _remove_checkpoint(folder)
+        text = json.dumps(made_of, indent=1, sort_keys=True) + "\n"
+        atomic_write(folder / RUN, lambda path: path.write_text(text, encoding="utf-8"), force=True)
+        return cls(folder, is_complete=False)
+
+    def train(self, compensator: Compensator, training: Training, context: FitContext) -> Compensator:
+        """Fit a method in the folder and keep it there; a run that was broken off continues.
+
+        Raises
+        ------
+        MagsimError
+            As ``Compensator.fit``; nothing is left of a run that failed before it had a state to resume from.
+        """
+        context = FitContext(context.seed, context.progress, self.folder / CHECKPOINT)
+        try:
+            compensator.fit_rows(training, context)
+        except MagsimError:
+            if not (self.folder / CHECKPOINT).exists():
+                (self.folder / RUN).unlink(missing_ok=True)
+                _remove_empty(self.folder)
+            raise
+        compensator.save(self.folder)
+        _remove_checkpoint(self.folder)
+        return compensator
+
+
+def _read(path: Path) -> object:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        msg = f"{path} is broken: {error}"
+        raise DataError(msg) from None
+
+
+def _remove_checkpoint(folder: Path) -> None:
+    """Remove the states of the training runs, and nothing else that may lie there."""
+    for phase in sorted((folder / CHECKPOINT).glob("*/")):
+        for path in phase.glob("step_*"):
+            path.unlink()
+        _remove_empty(phase)
+    _remove_empty(folder / CHECKPOINT)
+
+
+def _remove_empty(folder: Path) -> None:
+    if folder.is_dir() and not any(folder.iterdir()):
+        folder.rmdir()
