@@ -16,7 +16,7 @@ from magsim.arrays import readonly
 from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.scenario.track import COUNTED, Track
-from magsim.storage.hdf5 import open_careful
+from magsim.storage.hdf5 import open_untrusted
 
 if TYPE_CHECKING:
     from magsim.aircraft import Aircraft
@@ -136,7 +136,7 @@ class _Table:
 def _from_hdf5(path: Path, used: dict[str, tuple[str, float]]) -> _Table:
     values, problems = {}, []
     try:
-        with open_careful(path) as root:
+        with open_untrusted(path) as root:
             for quantity, (name, factor) in used.items():
                 try:
                     values[quantity] = _data_set(root, name) * factor
