@@ -12,8 +12,9 @@ from magsim.errors import DataError, RequestError
 from magsim.field import compute_field, compute_tow_field
 from magsim.field.station import station_field
 from magsim.flight import fly
+from magsim.loading import LoadedScenario
 from magsim.recording import Recording
-from magsim.scenario import Clock, LoadedScenario, RecordingSettings, Scenario
+from magsim.scenario import Clock, RecordingSettings, Scenario
 from magsim.sensors import (
     Acquisition,
     Counter,

@@ -20,7 +20,8 @@ from magsim.earth import LocalFrame
 from magsim.errors import DataError
 from magsim.field.path import Knots, along_path, in_body, longest
 from magsim.field.situation import Situation
-from magsim.scenario import Scenario, shortest_crust_m
+from magsim.planning import shortest_crust_m
+from magsim.scenario import Scenario
 from magsim.streams import stream
 from magsim.terrain import Ground
 

@@ -8,14 +8,7 @@ file and line. Limits that belong to the aircraft are checked in the same pass: 
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts
 from magsim.scenario.electronics import Electronics
 from magsim.scenario.flaps import FlapMove
-from magsim.scenario.geology import (
-    Crust,
-    DipoleTarget,
-    PrismTarget,
-    SphereTarget,
-    Target,
-    shortest_crust_m,
-)
+from magsim.scenario.geology import Crust, DipoleTarget, PrismTarget, SphereTarget, Target
 from magsim.scenario.instruments import (
     Barometer,
     BaseStation,
@@ -29,9 +22,7 @@ from magsim.scenario.instruments import (
     Sensor,
     Sensors,
 )
-from magsim.scenario.loaded import LoadedScenario, load_scenario
-from magsim.scenario.loading import Loading
-from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Planned, Swing, Train, schedule
+from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Swing, Train
 from magsim.scenario.patterns import (
     LEGS,
     Box,
@@ -43,19 +34,15 @@ from magsim.scenario.patterns import (
     HeadingCross,
     LegPattern,
     PatternBase,
+    PatternSequence,
     Square,
     StraightLine,
     Survey,
-    heights_of,
     key_of,
-    legs_allowed,
-    needed_s,
     parts_of,
 )
-from magsim.scenario.patterns import (
-    Sequence as PatternSequence,
-)
-from magsim.scenario.physics import Earth, Eddy, Field_, Part
+from magsim.scenario.payload import Loading
+from magsim.scenario.physics import Earth, Eddy, FieldSettings, Part
 from magsim.scenario.place import Place
 from magsim.scenario.start import FlightSettings, Start, Sway
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
@@ -63,7 +50,7 @@ from magsim.scenario.tow import Gusts, Tow, TowBody, TowRope
 from magsim.scenario.track import Track
 from magsim.scenario.tracklog import TrackLog
 from magsim.scenario.variation import Variation
-from magsim.scenario.whole import RecordingSettings, Scenario
+from magsim.scenario.whole import Pattern, RecordingSettings, Scenario
 
 __all__ = [
     "LEGS",
@@ -83,7 +70,7 @@ __all__ = [
     "Eddy",
     "Electrical",
     "Electronics",
-    "Field_",
+    "FieldSettings",
     "FlapMove",
     "FlatTerrain",
     "FlightSettings",
@@ -98,7 +85,6 @@ __all__ = [
     "Ins",
     "LegPattern",
     "LinearShear",
-    "LoadedScenario",
     "Loading",
     "LogShear",
     "Maneuver",
@@ -108,7 +94,6 @@ __all__ = [
     "PatternSequence",
     "PhasedSwing",
     "Place",
-    "Planned",
     "PrismTarget",
     "Radar",
     "RandomGusts",
@@ -134,12 +119,6 @@ __all__ = [
     "Train",
     "Variation",
     "ground_of",
-    "heights_of",
     "key_of",
-    "legs_allowed",
-    "load_scenario",
-    "needed_s",
     "parts_of",
-    "schedule",
-    "shortest_crust_m",
 ]

@@ -65,7 +65,7 @@ class Flex(Strict):
     scale: float = Field(default=1.0, ge=0.0, le=1000.0)
 
 
-class Field_(Strict):
+class FieldSettings(Strict):
     """Which physics is on."""
 
     earth: Earth = Earth()

@@ -1,7 +1,6 @@
 """The pattern ``track``: a logged motion from a file, with a map of its columns and their units."""
 
 import math
-from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
@@ -144,9 +143,3 @@ class Track(Strict):
             msg = f"{value:g} is not after from_s = {first:g}; allowed: above that"
             raise ValueError(msg)
         return value
-
-
-def check_track(pattern: Track, *, has_ground: bool) -> Iterator[tuple[str, str]]:
-    """Heights above the sea need the geoid."""
-    if pattern.heights == "sea" and not has_ground:
-        yield "heights", "heights above the sea need the geoid; allowed: with a table [terrain] and its geoid_m"

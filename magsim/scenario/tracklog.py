@@ -8,18 +8,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from magsim.aircraft import Aircraft
 from magsim.arrays import readonly
 from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.scenario.track import COUNTED, Track
 from magsim.storage.hdf5 import open_careful
-
-if TYPE_CHECKING:
-    from magsim.aircraft import Aircraft
 
 MAX_BYTES = 1_000_000_000
 """Largest track file that is read."""
@@ -357,7 +354,7 @@ def _time_problems(path: Path, table: _Table, settings: Track, first: Found) -> 
         yield from first(quantity, rate > FASTEST_TURN_DPS, lambda row, r=rate, t=text: f"jumps at {r[row]:.0f} {t}")
 
 
-def start_of(track: TrackLog | None, aircraft: "Aircraft | None") -> dict[str, float]:
+def start_of(track: TrackLog | None, aircraft: Aircraft | None) -> dict[str, float]:
     """Place, height, speed and heading of a track's first row for the table ``[start]``.
 
     Nothing of the motion depends on them. They are brought inside the limits of ``[start]``, which a log may pass.

@@ -18,8 +18,8 @@ from magsim.experiments.mount_report import flight_of, make_map, write_page
 from magsim.field import load_response, obstacles, outline
 from magsim.field.dipoles import HingedDipole, hinged_field
 from magsim.field.meshes import box_surface
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.aircraft_levels import vehicle
 

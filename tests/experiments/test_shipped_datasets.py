@@ -14,7 +14,7 @@ from magsim.experiments.datasets.builder import check_recipe, describe
 from magsim.experiments.datasets.compare import Reference
 from magsim.experiments.datasets.samples import SAMPLES
 from magsim.experiments.datasets.statistics import STATISTICS
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 
 RENEW = "run: magsim dataset build {} --renew --force"
 

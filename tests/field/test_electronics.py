@@ -11,7 +11,8 @@ from magsim.errors import RequestError
 from magsim.field import compute_field, load_response, wires
 from magsim.field.coils import Loop
 from magsim.field.electronics import Clock, Wiring, currents, voltages
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 from magsim.trajectory import Flight, Trajectory
 
 RATE = 120.0

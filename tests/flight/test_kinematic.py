@@ -16,7 +16,8 @@ from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.kinematic import sway
 from magsim.frames import rot_nb_from_attitude, rotate_back
-from magsim.scenario import Scenario, ground_of, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario, ground_of
 from magsim.trajectory import Flight, Trajectory
 from magsim.units import G0
 

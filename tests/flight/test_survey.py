@@ -12,7 +12,8 @@ from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.drape import STEP_M, VERTICAL_G, plan_heights, ramps, rounded, window_of
 from magsim.flight.patterns import path_of
-from magsim.scenario import Scenario, Survey, ground_of, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario, Survey, ground_of
 from magsim.streams import stream
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight

@@ -16,7 +16,8 @@ from magsim.flight import fly
 from magsim.flight.aero import derivatives, inertia, lift_curve, stall_angle
 from magsim.flight.plant import Plant, Setup, load
 from magsim.flight.rates import integrators_for, log_rate_hz
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 from magsim.simulation import simulate
 from magsim.trajectory import Flight
 from magsim.units import FT, G0, LBF

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 from magsim.errors import DataError, MagsimError
 from magsim.experiments.datasets.recipe import Task
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 
 

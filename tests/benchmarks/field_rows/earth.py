@@ -12,7 +12,7 @@ from magsim.field.situation import Situation
 from magsim.field.targets import sources_of, target
 from magsim.flight import fly
 from magsim.frames import rotate, rotate_back
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.streams import stream
 from magsim.units import MU0, NT_PER_T
 from tests.benchmarks.rows import Row, at_most

@@ -13,11 +13,9 @@ from magsim import assets, config
 from magsim.aircraft import Aircraft, Bird, load_aircraft, load_bird
 from magsim.config import Document
 from magsim.errors import RequestError
-from magsim.scenario.terrain import ground_of
-from magsim.scenario.tow import Tow
-from magsim.scenario.track import Track
-from magsim.scenario.tracklog import TrackLog, TrackProblemsError, read_track, start_of
-from magsim.scenario.whole import Scenario
+from magsim.planning import FlyableScenario
+from magsim.scenario import Scenario, Tow, Track, TrackLog, ground_of
+from magsim.scenario.tracklog import TrackProblemsError, read_track, start_of
 from magsim.terrain import Grid, Ground
 
 
@@ -113,13 +111,13 @@ def load_scenario(
     track, problems = _track_of(document.table, path.parent, aircraft)
     also += [("pattern.file", problem) for problem in problems]
     context = {"aircraft": aircraft, "bird": bird}
-    scenario = document.validate(Scenario, context=context, also=also)
+    scenario = document.validate(FlyableScenario, context=context, also=also)
     assert aircraft is not None  # else validate had told a problem
     ground = None
     try:
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, path.parent)
     except RequestError as error:
-        document.validate(Scenario, context=context, also=[("terrain.file", str(error))])
+        document.validate(FlyableScenario, context=context, also=[("terrain.file", str(error))])
     return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground, track, document, bird)
 
 
