@@ -5,9 +5,9 @@ from pathlib import Path
 
 from magsim import columns
 from magsim.dataset import Dataset, FileEntry, FlightEntry, Manifest, split_rows
-from magsim.experiments.datasets import samples, statistics
-from magsim.experiments.datasets.samples import Samples
-from magsim.experiments.datasets.statistics import Statistics
+from magsim.generation.description import samples, statistics
+from magsim.generation.description.samples import Samples
+from magsim.generation.description.statistics import Statistics
 from magsim.recording import Recording, read_recordings
 from magsim.recording.verify import verify
 
@@ -30,7 +30,7 @@ def survey(folder: Path, dataset: str, made_on: dict[str, str], count: int) -> S
     dataset : str
         Name of the data set.
     made_on : dict
-        The machine that made it, see ``machine.fingerprint``.
+        The machine that made it, see ``storage.machine.fingerprint``.
     count : int
         Rows of each flight to keep as samples.
 
