@@ -10,7 +10,7 @@ import magsim
 from magsim import columns
 from magsim.errors import DataError, RequestError
 from magsim.field import compute_field, compute_tow_field
-from magsim.field.station import station_field
+from magsim.field.background.station import station_field
 from magsim.flight import fly
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording

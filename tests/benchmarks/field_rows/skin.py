@@ -9,12 +9,12 @@ from threadpoolctl import threadpool_limits
 from magsim.aircraft import load_aircraft
 from magsim.aircraft.magnetics import Skin
 from magsim.field import AircraftResponse, load_response
-from magsim.field.coils import Loop, inductance
-from magsim.field.meshes import Surface, disc_grid, icosphere
-from magsim.field.metal import eddy_field
-from magsim.field.outline import outline
-from magsim.field.skin import ThinShells, driven_modes, time_constants
-from magsim.field.skin_model import compute_skin, shells_of
+from magsim.field.geometry.meshes import Surface, disc_grid, icosphere
+from magsim.field.metal.coils import Loop, inductance
+from magsim.field.metal.skin.mesh import outline
+from magsim.field.metal.skin.model import compute_skin, shells_of
+from magsim.field.metal.skin.shells import ThinShells, driven_modes, time_constants
+from magsim.field.platform import eddy_field
 from magsim.scenario import Eddy
 from magsim.units import MU0
 from tests.benchmarks.rows import Row, at_most, stated
