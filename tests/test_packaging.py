@@ -63,13 +63,13 @@ def test_an_unpacked_wheel_finds_its_assets_and_writes_nothing_there(wheel, tmp_
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "import magsim, magsim.assets as a\n"
-        "from magsim.scenario import load_scenario\n"
+        "from magsim.loading import load_scenario\n"
         "assert a.ROOT.as_posix() == sys.argv[1] + '/magsim/_assets', a.ROOT\n"
         "print(load_scenario('papers/000_simulated').digest)"
     )
     run = [sys.executable, "-I", "-B", "-c", code, site.as_posix()]
     inside = subprocess.run(run, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.strip()
-    from magsim.scenario import load_scenario
+    from magsim.loading import load_scenario
 
     assert inside == load_scenario("papers/000_simulated").digest
     assert sorted(site.rglob("*")) == before

@@ -29,7 +29,7 @@ from magsim.flight.plant import FlightTroubleError, Setup, bare_steps, ground_sp
 from magsim.flight.rates import integrators_for, log_rate_hz
 from magsim.flight.track import fly_track
 from magsim.flight.watch import Watch
-from magsim.scenario import PatternBase, Scenario, Track, TrackLog, ground_of, parts_of
+from magsim.scenario import PatternBase, Scenario, TrackLog, TrackPattern, ground_of, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -110,7 +110,7 @@ def _fly_carrier(
     progress: Callable[[float], None] | None,
 ) -> "tuple[Flight, Swing | None]":
     """The carrier's flight, whose log begins early enough for a bird to swing in, and how one swung that pulled."""
-    if isinstance(scenario.pattern, Track):
+    if isinstance(scenario.pattern, TrackPattern):
         return _fly_log(scenario, aircraft, track, ground), None
     if isinstance(aircraft.facts, KinematicFacts):
         return fly_kinematic(scenario, aircraft, ground), None

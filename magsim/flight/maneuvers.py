@@ -10,7 +10,8 @@ from scipy.interpolate import CubicSpline
 
 from magsim.flight.autopilot import AXES
 from magsim.flight.elements import Label
-from magsim.scenario import PatternBase, Planned, schedule
+from magsim.planning import ScheduledOscillation, schedule
+from magsim.scenario import PatternBase
 from magsim.trajectory import ManeuverFlown, Trajectory
 
 BOUNDS = ("elevator", "aileron", "rudder", "alpha", "beta")
@@ -104,7 +105,7 @@ class Sweep:
 def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: float) -> list[Sweep]:
     """The trains of a leg that begins at a time and takes a time."""
     planned, _ = schedule(pattern, label.index, leg_s)
-    trains: dict[int, list[Planned]] = {}
+    trains: dict[int, list[ScheduledOscillation]] = {}
     for swing in planned:
         trains.setdefault(swing.train, []).append(swing)
     joints = {number: joint_of(swings) for number, swings in trains.items()}
@@ -125,7 +126,7 @@ def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: flo
     ]
 
 
-def joint_of(swings: Sequence[Planned]) -> Joint:
+def joint_of(swings: Sequence[ScheduledOscillation]) -> Joint:
     """The swings of one maneuver on its own clock, to the nanosecond, so that equal ones are equal."""
     zero_s = min(swing.start_s for swing in swings)
     return tuple(

@@ -14,7 +14,8 @@ from magsim.flight.drape import HeightPlan, plan_path
 from magsim.flight.elements import Element, length_of
 from magsim.flight.patterns import LocalPlane, path_of
 from magsim.flight.plant import Setup, ground_speed
-from magsim.scenario import LogShear, Scenario, key_of, legs_allowed, needed_s, parts_of
+from magsim.planning import legs_allowed, needed_s
+from magsim.scenario import LogShear, Scenario, key_of, parts_of
 from magsim.terrain import Ground
 
 MARGIN_S = 4.0

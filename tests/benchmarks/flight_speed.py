@@ -29,7 +29,8 @@ from magsim.flight.patterns import LocalPlane, path_of
 from magsim.flight.pilot import Pilot
 from magsim.flight.plant import Setup
 from magsim.flight.rates import log_rate_hz
-from magsim.scenario import Box, LoadedScenario, Scenario, load_scenario
+from magsim.loading import LoadedScenario, load_scenario
+from magsim.scenario import Box, Scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
 MEMORY = Path("/proc/self/statm")

@@ -12,7 +12,8 @@ from magsim.flight import fly
 from magsim.flight.aero import flap_curve, inertia
 from magsim.flight.model import body_from_inches
 from magsim.flight.plant import Plant, Setup, load, trim
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 from magsim.units import G0, LB, SLUG_FT2
 
 LOADS = [(None, None, 0.0), (700.0, 1000.0, 0.2), (300.0, 150.0, 0.0), (1100.0, 400.0, 0.5)]

@@ -11,7 +11,8 @@ from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.flaps import FlapHand, moving, runs_of
 from magsim.flight.plant import Setup, trim
-from magsim.scenario import FlapMove, Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import FlapMove, Scenario
 from magsim.trajectory import Flight
 
 ScenarioOf = Callable[..., Scenario]

@@ -10,7 +10,8 @@ from magsim.aircraft import Aircraft
 from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.plant import Plant, Setup
-from magsim.scenario import Scenario, ground_of, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario, ground_of
 from magsim.simulation import simulate
 from magsim.terrain import Flat, Ground
 from magsim.units import FT

@@ -16,7 +16,9 @@ from magsim.flight import fly
 from magsim.flight.aero import derivatives, inertia, lift_curve, stall_angle
 from magsim.flight.plant import Plant, Setup, load
 from magsim.flight.rates import integrators_for, log_rate_hz
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.planning import FlyableScenario
+from magsim.scenario import Scenario
 from magsim.simulation import simulate
 from magsim.trajectory import Flight
 from magsim.units import FT, G0, LBF
@@ -41,7 +43,7 @@ def scenario_of(drone: Aircraft) -> Callable[..., Scenario]:
             "pattern": {"kind": "box"} | pattern,
             "sensors": {"scalar": [{"name": "boom", "mount": "nose_boom"}]},
         }
-        return Scenario.model_validate(raw | tables, context={"aircraft": drone})
+        return FlyableScenario.model_validate(raw | tables, context={"aircraft": drone})
 
     return make
 
