@@ -263,7 +263,7 @@ def _fields(recording: Recording, family: columns.Family, key: str) -> dict[str,
 
 def electronics(recording: Recording, sensor: str) -> Figure:
     """Currents that change, bus voltages, and the field of the wiring along the background."""
-    currents = _fields(recording, columns.CURRENT, "circuit")
+    currents = _fields(recording, columns.CURRENT, "feeder")
     voltages = _fields(recording, columns.VOLTAGE, "bus")
     drawn = {name: amperes for name, amperes in currents.items() if np.ptp(amperes) > STEADY_A}
     truth = columns.CLEAN.name(sensor=sensor) in recording
