@@ -30,7 +30,7 @@ def grid_turn_of(lat_rad: np.ndarray) -> float:
 
 
 def rot_level(angle_rad: np.ndarray) -> np.ndarray:
-    """Return the rotations (n, 3, 3) that turn horizontal directions clockwise by angles [rad], (n,); north, east, down."""
+    """Return rotations (n, 3, 3) of north, east, down that turn horizontally, clockwise, by angles [rad], (n,)."""
     rot = np.zeros((len(angle_rad), 3, 3))
     rot[:, 0, 0] = rot[:, 1, 1] = np.cos(angle_rad)
     rot[:, 1, 0] = np.sin(angle_rad)
