@@ -16,7 +16,7 @@ def list_() -> None:
     from magsim import assets
     from magsim.cli.info import Section, show
     from magsim.dataset import MANIFEST, read_manifest
-    from magsim.experiments.datasets import load_recipe
+    from magsim.generation import load_recipe
 
     rows = []
     for name in assets.list_datasets():
@@ -46,12 +46,12 @@ def build(  # noqa: PLR0917 - the options
     from magsim.cli.interrupts import held
 
     with held():
-        from magsim.experiments import datasets
+        from magsim import generation
 
-    say = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))
-    loaded = datasets.load_recipe(name)
+    progress = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))
+    loaded = generation.load_recipe(name)
     target = output or Path("data") / loaded.name
-    verdict = datasets.build(loaded, target, jobs=jobs, force=force, renew=renew, say=say)
+    verdict = generation.build(loaded, target, jobs=jobs, force=force, renew=renew, progress=progress)
     click.echo(f"{target}: {verdict.text}")
 
 
@@ -65,7 +65,7 @@ def check(folder: Path, recipe: str | None) -> None:
     """
     from magsim import assets
     from magsim.dataset import Dataset
-    from magsim.experiments.datasets import check_folder, reference_of
+    from magsim.generation import check_folder, reference_of
 
     name = Dataset(folder).manifest.dataset
     known = name in assets.list_datasets()

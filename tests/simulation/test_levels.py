@@ -11,10 +11,10 @@ import pytest
 from magsim import assets, columns, metrics, signals
 from magsim.compensation import TollesLawson
 from magsim.compensation.ridge import fit_ridge
-from magsim.experiments.datasets import samples
-from magsim.experiments.datasets.compare import Reference
 from magsim.field import compute_field
 from magsim.flight import fly
+from magsim.generation.comparison import Reference
+from magsim.generation.description import samples
 from magsim.scenario import load_scenario
 from magsim.simulation import record
 from tests.benchmarks.compensation_accuracy import (

@@ -1,6 +1,6 @@
 """Patterns of legs and turns as a path in a plane that touches the ellipsoid at the start.
 
-A path is a row of elements (``magsim.flight.elements``): straight legs, the turns between them, and transits between
+A path is a row of elements (``magsim.flight.path.elements``): straight legs, the turns between them, and transits between
 patterns.
 """
 

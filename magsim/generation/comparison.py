@@ -7,10 +7,10 @@ from pathlib import Path
 from magsim import columns
 from magsim.dataset import MANIFEST, Dataset, FileEntry, FlightEntry, Manifest, read_manifest
 from magsim.errors import DataError, RequestError
-from magsim.experiments.datasets import samples, statistics
-from magsim.experiments.datasets.machine import differences
-from magsim.experiments.datasets.samples import SAMPLES, Samples
-from magsim.experiments.datasets.survey import Survey, survey
+from magsim.generation.description import samples, statistics
+from magsim.generation.description.contents import Survey, survey
+from magsim.generation.description.samples import SAMPLES, Samples
+from magsim.generation.machine import differences
 
 MOST = 20
 """Differences that are told."""

@@ -9,9 +9,9 @@ import json
 
 from magsim import columns
 from magsim.dataset import Manifest
-from magsim.experiments.datasets.card import CARD, citation, license_url
-from magsim.experiments.datasets.recipe import LoadedRecipe
-from magsim.experiments.datasets.statistics import HEADER, STATISTICS, Statistics
+from magsim.generation.description.card import CARD, citation, license_url
+from magsim.generation.description.statistics import HEADER, STATISTICS, Statistics
+from magsim.generation.recipe import LoadedRecipe
 
 CROISSANT = "croissant.json"
 """Name of the file."""

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from magsim import columns
 from magsim.dataset import Manifest
-from magsim.experiments.datasets.recipe import LoadedRecipe
-from magsim.experiments.datasets.statistics import STATISTICS, Statistics
+from magsim.generation.description.statistics import STATISTICS, Statistics
+from magsim.generation.recipe import LoadedRecipe
 
 CARD = "README.md"
 """Name of the file."""

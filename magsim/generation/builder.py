@@ -2,24 +2,23 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Iterator
-from itertools import groupby
+from collections.abc import Callable
 from pathlib import Path
 
 from magsim import assets
 from magsim.dataset import MANIFEST, Manifest, read_manifest
 from magsim.errors import DataError, MagsimError, RequestError
-from magsim.experiments.datasets import samples, statistics
-from magsim.experiments.datasets.card import CARD, card
-from magsim.experiments.datasets.compare import Reference, Verdict, compare, reference_of
-from magsim.experiments.datasets.croissant import CROISSANT, croissant
-from magsim.experiments.datasets.fly import fly_all
-from magsim.experiments.datasets.machine import fingerprint
-from magsim.experiments.datasets.recipe import LoadedRecipe, Task
-from magsim.experiments.datasets.samples import SAMPLES
-from magsim.experiments.datasets.statistics import STATISTICS, Statistics
-from magsim.experiments.datasets.survey import Survey, survey
-from magsim.recording import Recording, write_recordings
+from magsim.generation.comparison import Reference, Verdict, compare, reference_of
+from magsim.generation.description import samples, statistics
+from magsim.generation.description.card import CARD, card
+from magsim.generation.description.contents import Survey, survey
+from magsim.generation.description.croissant import CROISSANT, croissant
+from magsim.generation.description.samples import SAMPLES
+from magsim.generation.description.statistics import STATISTICS, Statistics
+from magsim.generation.flying import write_shards
+from magsim.generation.machine import fingerprint
+from magsim.generation.recipe import LoadedRecipe, RecipeTask
+from magsim.recording import Recording
 from magsim.storage import atomic_folder, atomic_write, check_folder_target
 
 DESCRIBING = (MANIFEST, STATISTICS, CARD, CROISSANT)
@@ -33,7 +32,7 @@ def build(
     jobs: int = 1,
     force: bool = False,
     renew: bool = False,
-    say: Callable[[str], None] = lambda _text: None,
+    progress: Callable[[str], None] = lambda _line: None,
 ) -> Verdict:
     """Generate a data set into a folder, whole or not at all.
 
@@ -48,8 +47,8 @@ def build(
         Replace a data set that is there. A folder with anything else in it is never replaced.
     renew : bool
         Write the manifest and all that goes with it into the folder of the recipe, instead of comparing with it.
-    say : callable
-        Told one line for each flight.
+    progress : callable
+        Called with one line after each flight.
 
     Returns
     -------
@@ -76,7 +75,7 @@ def build(
     outcome: list[Verdict] = []
 
     def write(folder: Path) -> None:
-        _write_files(loaded, folder, jobs, say)
+        write_shards(loaded.tasks, folder, jobs=jobs, check=_check_splits, progress=progress)
         count = reference.count if reference else loaded.recipe.samples
         found = survey(folder, loaded.name, fingerprint(), count)
         if reference is not None:
@@ -152,26 +151,14 @@ def _check_space(target: Path, manifest: Manifest) -> None:
         raise RequestError(msg)
 
 
-def _write_files(loaded: LoadedRecipe, folder: Path, jobs: int, say: Callable[[str], None]) -> None:
-    """Every file of the recipe, its flights written as they come."""
-    flown = _told(loaded.tasks, jobs, say)
-    for shard, tasks in groupby(loaded.tasks, key=lambda task: task.shard):
-        count = len(list(tasks))
-        write_recordings(folder / f"{shard}.h5", (next(flown) for _ in range(count)))
-
-
-def _told(tasks: tuple[Task, ...], jobs: int, say: Callable[[str], None]) -> Iterator[Recording]:
-    """Recordings with a line about each."""
-    for number, (task, recording) in enumerate(zip(tasks, fly_all(tasks, jobs), strict=True), start=1):
-        splits = {word for word in ("train", "valid", "test") if recording.mask(split=word).any()}
-        if splits != task.splits:
-            msg = (
-                f"flight {task.name}: its rows have the splits {', '.join(sorted(splits))}; the recipe says "
-                f"{', '.join(sorted(task.splits))} (recording.train_circuits and valid_legs of the scenario decide)"
-            )
-            raise DataError(msg)
-        say(f"{number}/{len(tasks)} {task.name}: {len(recording)} rows, {recording.time_s[-1]:.0f} s of flight")
-        yield recording
+def _check_splits(task: RecipeTask, recording: Recording) -> None:
+    splits = {word for word in ("train", "valid", "test") if recording.mask(split=word).any()}
+    if splits != task.splits:
+        msg = (
+            f"flight {task.name}: its rows have the splits {', '.join(sorted(splits))}; the recipe says "
+            f"{', '.join(sorted(task.splits))} (recording.train_circuits and valid_legs of the scenario decide)"
+        )
+        raise DataError(msg)
 
 
 def describe(loaded: LoadedRecipe, manifest: Manifest, table: Statistics) -> dict[str, str]:

@@ -5,8 +5,8 @@ with the checksums that a machine of one kind gave, samples that every other mac
 a card and Croissant metadata; all but the recipe and its scenarios are written by ``build(renew=True)``.
 """
 
-from magsim.experiments.datasets.builder import build
-from magsim.experiments.datasets.compare import Verdict, check_folder, reference_of
-from magsim.experiments.datasets.recipe import LoadedRecipe, load_recipe
+from magsim.generation.builder import build
+from magsim.generation.comparison import Verdict, check_folder, reference_of
+from magsim.generation.recipe import LoadedRecipe, load_recipe
 
 __all__ = ["LoadedRecipe", "Verdict", "build", "check_folder", "load_recipe", "reference_of"]

@@ -5,8 +5,8 @@ import pytest
 
 from magsim import columns
 from magsim.errors import DataError
-from magsim.experiments.datasets import samples, statistics
-from magsim.experiments.datasets.samples import SAMPLES, Line
+from magsim.generation.description import samples, statistics
+from magsim.generation.description.samples import SAMPLES, Line
 
 
 def test_every_unit_has_a_tolerance():

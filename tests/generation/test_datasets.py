@@ -15,10 +15,10 @@ import pytest
 from magsim import Dataset, assets
 from magsim.cli import main
 from magsim.dataset import MANIFEST
-from magsim.experiments.datasets import builder as building
-from magsim.experiments.datasets import fly as flying
-from magsim.experiments.datasets import samples, statistics
-from magsim.experiments.datasets.samples import SAMPLES
+from magsim.generation import builder as building
+from magsim.generation import flying
+from magsim.generation.description import samples, statistics
+from magsim.generation.description.samples import SAMPLES
 from magsim.recording import Recording, read_recordings, write_recordings
 from tests.support.paths import ROOT
 
@@ -461,7 +461,7 @@ def test_statistics_are_those_of_the_splits(made):
 
 def test_a_folder_is_trained_and_judged_on(tmp_path, monkeypatch, capsys):
     """By the commands that take folders; a file that is being written does not disturb."""
-    from worlds import World, calibration
+    from tests.support.worlds import World, calibration
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "set").mkdir()

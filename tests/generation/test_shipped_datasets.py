@@ -9,11 +9,12 @@ import pytest
 from magsim import assets, columns
 from magsim.cli import main
 from magsim.dataset import MANIFEST, read_manifest
-from magsim.experiments.datasets import load_recipe, statistics
-from magsim.experiments.datasets.builder import check_recipe, describe
-from magsim.experiments.datasets.compare import Reference
-from magsim.experiments.datasets.samples import SAMPLES
-from magsim.experiments.datasets.statistics import STATISTICS
+from magsim.generation import load_recipe
+from magsim.generation.builder import check_recipe, describe
+from magsim.generation.comparison import Reference
+from magsim.generation.description import statistics
+from magsim.generation.description.samples import SAMPLES
+from magsim.generation.description.statistics import STATISTICS
 from magsim.scenario import load_scenario
 
 RENEW = "run: magsim dataset build {} --renew --force"

@@ -12,6 +12,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from magsim import assets, columns, config
 from magsim.config import Document, Name, Strict
 from magsim.errors import RequestError
+from magsim.generation.flying import FlightTask
 from magsim.scenario import LoadedScenario, load_scenario
 
 RECIPE = "recipe.toml"
@@ -64,25 +65,17 @@ class Recipe(Strict):
 
 
 @dataclass(frozen=True)
-class Task:
-    """One flight, ready to be flown.
+class RecipeTask(FlightTask):
+    """One flight of a recipe: its settings are those of the file, then those of the flight.
 
     Attributes
     ----------
-    name : str
-    shard : str
-    scenario : Path
-    overrides : tuple of str
-        Those of the file, then those of the flight.
     splits : frozenset of str
+        Splits that its rows must have.
     digest : str
         Of the scenario with its aircraft.
     """
 
-    name: str
-    shard: str
-    scenario: Path
-    overrides: tuple[str, ...]
     splits: frozenset[str]
     digest: str
 
@@ -97,14 +90,14 @@ class LoadedRecipe:
         Name of the data set: that of the folder.
     folder : Path
     recipe : Recipe
-    tasks : tuple of Task
+    tasks : tuple of RecipeTask
         In the order of the recipe.
     """
 
     name: str
     folder: Path
     recipe: Recipe
-    tasks: tuple[Task, ...]
+    tasks: tuple[RecipeTask, ...]
 
 
 def load_recipe(name_or_path: str | Path) -> LoadedRecipe:
@@ -140,7 +133,7 @@ def load_recipe(name_or_path: str | Path) -> LoadedRecipe:
             path = _scenario_path(flight.scenario, folder)
             digest = scenarios[i, j].digest
             overrides = (*shard.set_, *flight.set_)
-            tasks.append(Task(flight.name, shard.name, path, overrides, frozenset(flight.splits), digest))
+            tasks.append(RecipeTask(flight.name, shard.name, path, overrides, frozenset(flight.splits), digest))
     return LoadedRecipe(name, folder, recipe, tuple(tasks))
 
 

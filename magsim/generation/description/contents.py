@@ -5,9 +5,9 @@ from pathlib import Path
 
 from magsim import columns
 from magsim.dataset import Dataset, FileEntry, FlightEntry, Manifest, split_rows
-from magsim.experiments.datasets import samples, statistics
-from magsim.experiments.datasets.samples import Samples
-from magsim.experiments.datasets.statistics import Statistics
+from magsim.generation.description import samples, statistics
+from magsim.generation.description.samples import Samples
+from magsim.generation.description.statistics import Statistics
 from magsim.recording import Recording, read_recordings
 from magsim.recording.verify import verify
 

@@ -1,0 +1,32 @@
+"""Filters, derivatives, decimation and drift: pure functions of evenly sampled arrays.
+
+Time runs along the first axis; further axes are columns. Sampling rates are in Hz.
+"""
+
+from magsim.signals.decimation import Decimator, run_in_s
+from magsim.signals.derivatives import derivative, spline_derivative
+from magsim.signals.filters import BAND_HZ, EDGE_S, HIGH_PASS_EDGE_S, HIGH_PASS_HZ, band_pass, high_pass
+from magsim.signals.interpolation import POINTS, between, window_mean
+from magsim.signals.pieces import in_band, off_ends, spans
+from magsim.signals.processes import first_order_lag, gauss_markov
+
+__all__ = [
+    "BAND_HZ",
+    "EDGE_S",
+    "HIGH_PASS_EDGE_S",
+    "HIGH_PASS_HZ",
+    "POINTS",
+    "Decimator",
+    "band_pass",
+    "between",
+    "derivative",
+    "first_order_lag",
+    "gauss_markov",
+    "high_pass",
+    "in_band",
+    "off_ends",
+    "run_in_s",
+    "spans",
+    "spline_derivative",
+    "window_mean",
+]

@@ -1,0 +1,40 @@
+"""Derivatives by time of evenly sampled arrays."""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+
+def derivative(values: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Derivative by time from central differences (one-sided at the ends), per second.
+
+    Parameters
+    ----------
+    values : (n, ...)
+        At least 2 samples.
+    rate_hz : float [Hz]
+
+    Returns
+    -------
+    (n, ...) [unit of values / s]
+        Gain of a sine of frequency f: ``sin(2 pi f / rate) / (2 pi f / rate)``.
+    """
+    return np.gradient(np.asarray(values, dtype=float), 1.0 / rate_hz, axis=0)
+
+
+def spline_derivative(values: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Derivative by time of the cubic spline through the samples, per second.
+
+    Parameters
+    ----------
+    values : (n, ...)
+        At least 4 samples.
+    rate_hz : float [Hz]
+
+    Returns
+    -------
+    (n, ...) [unit of values / s]
+        At 0.6 Hz and 10 Hz sampling 0.01 % from exact, where central differences are 2.3 % low.
+    """
+    values = np.asarray(values, dtype=float)
+    time = np.arange(len(values)) / rate_hz
+    return CubicSpline(time, values, axis=0)(time, 1)

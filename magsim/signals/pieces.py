@@ -1,0 +1,70 @@
+"""Pieces of a time axis: rows without a gap, which may be filtered as one."""
+
+import itertools
+
+import numpy as np
+
+from magsim.signals.filters import EDGE_S, band_pass
+
+
+def spans(time_s: np.ndarray) -> list[slice]:
+    """Split a time axis where it jumps by more than 1.5 median steps.
+
+    Parameters
+    ----------
+    time_s : (n,) [s]
+        Strictly increasing, at least 2 rows.
+
+    Returns
+    -------
+    list of slice
+        In order; together they cover all rows.
+    """
+    steps = np.diff(time_s)
+    cuts = np.flatnonzero(steps > 1.5 * np.median(steps)) + 1
+    bounds = [0, *cuts.tolist(), len(time_s)]
+    return [slice(a, b) for a, b in itertools.pairwise(bounds)]
+
+
+def off_ends(time_s: np.ndarray, edge_s: float = EDGE_S) -> np.ndarray:
+    """Mark the rows of a piece that are far enough from its ends for a forward-backward filter.
+
+    Parameters
+    ----------
+    time_s : (n,) [s]
+        Strictly increasing. What was filtered as one piece must be cropped as one piece.
+    edge_s : float [s]
+        Time that is left out at each end.
+
+    Returns
+    -------
+    (n,) bool
+    """
+    time_s = np.asarray(time_s, dtype=float)
+    return (time_s >= time_s[0] + edge_s - 1e-9) & (time_s <= time_s[-1] - edge_s + 1e-9)
+
+
+def in_band(values: np.ndarray, time_s: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
+    """Band-pass each piece by itself and drop its ends.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    time_s : (n,) [s]
+    rows : (n,) bool, optional
+        Rows to return; all rows of a piece are filtered together. By default all.
+
+    Returns
+    -------
+    (m, ...)
+        Pieces that are shorter than both ends together give no rows.
+    """
+    rate_hz = 1.0 / np.median(np.diff(time_s))
+    parts = [values[:0]]
+    for span in spans(time_s):
+        keep = off_ends(time_s[span])
+        if rows is not None:
+            keep &= rows[span]
+        if keep.any():
+            parts.append(band_pass(values[span], rate_hz)[keep])
+    return np.concatenate(parts)
