@@ -1,7 +1,7 @@
 """Patterns of legs and turns as a path in a plane that touches the ellipsoid at the start.
 
-A path is a row of elements (``magsim.flight.path.elements``): straight legs, the turns between them, and transits between
-patterns.
+A path is a row of elements (``magsim.flight.path.elements``): straight legs, the turns between them, and transits
+between patterns.
 """
 
 import math
