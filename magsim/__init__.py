@@ -52,7 +52,7 @@ _EXPORTS = {
     "Dataset": "magsim.dataset",
     "Recording": "magsim.recording",
     "Scenario": "magsim.scenario",
-    "load_scenario": "magsim.scenario",
+    "load_scenario": "magsim.loading",
     "Aircraft": "magsim.aircraft",
     "load_aircraft": "magsim.aircraft",
     "simulate": "magsim.simulation",

@@ -131,7 +131,7 @@ def write_parquet(path: Path, recording: Recording) -> None:
         import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
-        msg = 'the format parquet needs pyarrow: pip install "magsim[parquet]"'
+        msg = 'the format parquet needs pyarrow: pip install "aeromagsim[parquet]"'
         raise RequestError(msg) from None
     fields = [pa.field(columns.TIME, pa.float64(), nullable=False, metadata={"unit": "s"})]
     for name in recording.data:

@@ -18,7 +18,7 @@ from magsim.arrays import readonly
 from magsim.earth import decimal_years, igrf
 from magsim.errors import RequestError
 from magsim.field import AircraftResponse, response_at
-from magsim.field.dipoles import HingedDipole, dipole_field
+from magsim.field.sources.dipoles import HingedDipole, dipole_field
 from magsim.frames import rot_nb_from_attitude, rotate_about, rotate_back
 from magsim.recording import Recording
 

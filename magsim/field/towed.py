@@ -18,14 +18,14 @@ from threadpoolctl import threadpool_limits
 from magsim.aircraft import Aircraft, Bird
 from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.errors import RequestError
+from magsim.field.background.path import in_body, positions_along
 from magsim.field.composition import compose, with_background
-from magsim.field.dipoles import dipole_field, hinged_motion
-from magsim.field.memory import remembered
-from magsim.field.metal import eddy_states, hinged_turns
-from magsim.field.path import in_body, positions_along
+from magsim.field.platform import eddy_states, hinged_turns
 from magsim.field.response import AircraftResponse, load_response, response_at
-from magsim.field.rotors import rotating_moments
 from magsim.field.situation import Situation, used_mounts
+from magsim.field.sources.dipoles import dipole_field, hinged_motion
+from magsim.field.sources.memory import remembered
+from magsim.field.sources.rotors import rotating_moments
 from magsim.frames import rotate, rotate_back
 from magsim.scenario import Scenario
 from magsim.signals import HIGH_PASS_HZ

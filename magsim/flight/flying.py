@@ -12,7 +12,7 @@ from magsim.flight.carriers.outcome import check_height
 from magsim.flight.carriers.planning import MARGIN_S, plan, settle_s
 from magsim.flight.model.start import bare_steps
 from magsim.flight.tow.motion import Swing
-from magsim.scenario import Scenario, Track, TrackLog, ground_of
+from magsim.scenario import Scenario, TrackLog, TrackPattern, ground_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -88,7 +88,7 @@ def _fly_carrier(
     progress: Callable[[float], None] | None,
 ) -> tuple[Flight, Swing | None]:
     """The carrier's flight, whose log begins early enough for a bird to swing in, and how one swung that pulled."""
-    if isinstance(scenario.pattern, Track):
+    if isinstance(scenario.pattern, TrackPattern):
         return _fly_log(scenario, aircraft, track, ground), None
     if isinstance(aircraft.facts, KinematicFacts):
         return fly_kinematic(scenario, aircraft, ground), None

@@ -39,7 +39,7 @@ def _figures(module: str = "figures") -> object:
         return import_module(f"magsim.plots.{module}")
     except ImportError as error:
         if error.name and error.name.startswith("matplotlib"):
-            msg = "plots need matplotlib, which is not installed: pip install 'magsim[report]'"
+            msg = "plots need matplotlib, which is not installed: pip install 'aeromagsim[report]'"
             raise RequestError(msg) from None
         raise
 

@@ -12,8 +12,8 @@ import numpy as np
 from magsim import assets
 from magsim.aircraft import Bird, KinematicFacts, Vehicle, load_aircraft, load_bird
 from magsim.field import AircraftResponse, load_response
-from magsim.field.electronics import Clock, currents
 from magsim.field.response import response_at
+from magsim.field.wiring.electronics import Clock, currents
 from magsim.frames import rot_nb_from_attitude, rotate_back
 
 EARTH_N = np.array([18193.0, -4077.0, 49954.0])

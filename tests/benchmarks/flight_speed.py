@@ -31,7 +31,8 @@ from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.pilot import Pilot
 from magsim.flight.pilot.response import UNITY
 from magsim.flight.pilot.trains import Sweep
-from magsim.scenario import Box, LoadedScenario, Scenario, load_scenario
+from magsim.loading import LoadedScenario, load_scenario
+from magsim.scenario import Box, Scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
 MEMORY = Path("/proc/self/statm")

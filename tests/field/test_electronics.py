@@ -8,10 +8,13 @@ import pytest
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.aircraft.magnetics import Bus, Circuit, Magnetics
 from magsim.errors import RequestError
-from magsim.field import compute_field, load_response, wires
-from magsim.field.coils import Loop
-from magsim.field.electronics import Clock, Wiring, currents, voltages
-from magsim.scenario import Scenario, load_scenario
+from magsim.field import compute_field, load_response
+from magsim.field.metal.coils import Loop
+from magsim.field.wiring import wires
+from magsim.field.wiring.electronics import Clock, currents, voltages
+from magsim.field.wiring.harness import Wiring
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 from magsim.trajectory import Flight, Trajectory
 
 RATE = 120.0

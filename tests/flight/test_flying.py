@@ -17,7 +17,8 @@ from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.errors import DataError, RequestError
 from magsim.flight import bare_run, fly
 from magsim.frames import rot_nb_from_attitude
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 from magsim.trajectory import Flight
 from tests.support.paths import ROOT
 

@@ -260,7 +260,7 @@ def test_presets_fill_what_is_left_out():
     ],
 )
 def test_wrong_keys_are_told(text, wanted):
-    from magsim.scenario import load_scenario
+    from magsim.loading import load_scenario
 
     with pytest.raises(RequestError, match=wanted):
         load_scenario("calibration_c208b", [text])

@@ -15,7 +15,7 @@ from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.generation.comparison import Reference
 from magsim.generation.description import samples
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.simulation import record
 from tests.benchmarks.compensation_accuracy import (
     CEILING,

@@ -14,8 +14,8 @@ import pytest
 from magsim import assets, cli, columns, exchange
 from magsim.aircraft import load_aircraft, load_bird
 from magsim.errors import RequestError
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from tests.support import worlds
 from tests.support.paths import ROOT

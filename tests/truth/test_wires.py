@@ -4,8 +4,8 @@ import magpylib as magpy
 import numpy as np
 import pytest
 
-from magsim.field import wires
-from magsim.field.coils import Loop, inductance
+from magsim.field.metal.coils import Loop, inductance
+from magsim.field.wiring import wires
 from magsim.units import MU0, NT_PER_T
 
 BENT = np.array([[1.2, -0.7, 0.0], [0.9, -0.7, -0.7], [-0.4, -1.0, -0.9], [-0.2, -7.7, -1.0]])

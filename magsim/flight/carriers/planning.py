@@ -16,7 +16,8 @@ from magsim.flight.path.heights import HeightPlan, plan_path
 from magsim.flight.path.patterns import path_of
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.path.wind import ground_speed
-from magsim.scenario import LogShear, Scenario, key_of, legs_allowed, needed_s, parts_of
+from magsim.planning import legs_allowed, needed_s
+from magsim.scenario import LogShear, Scenario, key_of, parts_of
 from magsim.terrain import Ground
 
 MARGIN_S = 4.0

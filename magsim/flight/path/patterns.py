@@ -18,7 +18,16 @@ from magsim.flight.path.elements import (
     turn_radius,
     turn_shape,
 )
-from magsim.scenario import Cloverleaf, HeadingCross, PatternBase, PatternSequence, Square, Survey, key_of, parts_of
+from magsim.scenario import (
+    Cloverleaf,
+    HeadingCross,
+    PatternBase,
+    PatternSequence,
+    Square,
+    SurveyPattern,
+    key_of,
+    parts_of,
+)
 
 
 class _Pen:
@@ -121,7 +130,7 @@ def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label, 
         return _cloverleaf(part, origin, side, shape, base)
     if isinstance(part, HeadingCross):
         return _cross(part, origin, side, shape, base)
-    if isinstance(part, Survey):
+    if isinstance(part, SurveyPattern):
         return _survey(part, origin, side, shape, base, lead_m=lead_m)
     return [Straight(base._replace(circuit=base.circuit + 1, leg=1), origin, part.leg_m)]
 
@@ -195,7 +204,9 @@ def _cross(part: HeadingCross, origin: Place, side: int, shape: TurnShape, base:
     return pen.elements
 
 
-def _survey(part: Survey, origin: Place, side: int, shape: TurnShape, base: Label, *, lead_m: float) -> list[Element]:
+def _survey(
+    part: SurveyPattern, origin: Place, side: int, shape: TurnShape, base: Label, *, lead_m: float
+) -> list[Element]:
     """Lines to and fro, then tie lines to and fro across them, beginning where the last line ended."""
 
     def leg(along_m: float, aside_m: float, turned: float) -> Place:

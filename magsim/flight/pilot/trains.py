@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from magsim.flight.model.autopilot import AXES
 from magsim.flight.path.elements import Label
-from magsim.scenario import PatternBase, Planned, schedule
+from magsim.planning import ScheduledOscillation, schedule
+from magsim.scenario import PatternBase
 
 
 class JointSwing(NamedTuple):
@@ -79,7 +80,7 @@ class Sweep:
 def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: float) -> list[Sweep]:
     """The trains of a leg that begins at a time and takes a time."""
     planned, _ = schedule(pattern, label.index, leg_s)
-    trains: dict[int, list[Planned]] = {}
+    trains: dict[int, list[ScheduledOscillation]] = {}
     for swing in planned:
         trains.setdefault(swing.train, []).append(swing)
     joints = {number: joint_of(swings) for number, swings in trains.items()}
@@ -100,7 +101,7 @@ def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: flo
     ]
 
 
-def joint_of(swings: Sequence[Planned]) -> Joint:
+def joint_of(swings: Sequence[ScheduledOscillation]) -> Joint:
     """The swings of one maneuver on its own clock, to the nanosecond, so that equal ones are equal."""
     zero_s = min(swing.start_s for swing in swings)
     return tuple(

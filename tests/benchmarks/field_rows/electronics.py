@@ -4,10 +4,10 @@ import magpylib as magpy
 import numpy as np
 
 from magsim.aircraft import load_aircraft
-from magsim.field import wires
-from magsim.field.coils import Loop
-from magsim.field.electronics import Wiring
-from magsim.field.loads import Steps, pulses
+from magsim.field.metal.coils import Loop
+from magsim.field.wiring import wires
+from magsim.field.wiring.harness import Wiring
+from magsim.field.wiring.loads import Steps, pulses
 from magsim.units import MU0, NT_PER_T
 from tests.benchmarks.rows import Row, at_most, stated
 

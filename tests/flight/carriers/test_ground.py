@@ -11,7 +11,8 @@ from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.setup import Setup
-from magsim.scenario import Scenario, ground_of, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario, ground_of
 from magsim.simulation import simulate
 from magsim.terrain import Flat, Ground
 from magsim.units import FT

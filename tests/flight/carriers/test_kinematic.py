@@ -16,7 +16,9 @@ from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.carriers.sway import sway
 from magsim.frames import rot_nb_from_attitude, rotate_back
-from magsim.scenario import Scenario, ground_of, load_scenario
+from magsim.loading import load_scenario
+from magsim.planning import FlyableScenario
+from magsim.scenario import Scenario, ground_of
 from magsim.trajectory import Flight, Trajectory
 from magsim.units import G0
 
@@ -64,7 +66,7 @@ def scenario_of(helicopter: Aircraft, bird: Bird) -> ScenarioOf:
             "flight": STILL,
             "sensors": {"scalar": [{"name": "cabin", "mount": "cabin"}]},
         }
-        return Scenario.model_validate(raw | tables, context={"aircraft": helicopter, "bird": bird})
+        return FlyableScenario.model_validate(raw | tables, context={"aircraft": helicopter, "bird": bird})
 
     return make
 

@@ -12,7 +12,7 @@ from magsim import assets
 from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
 from magsim.flight import fly
-from magsim.scenario import LoadedScenario, load_scenario
+from magsim.loading import LoadedScenario, load_scenario
 from magsim.simulation import simulate
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight

@@ -17,8 +17,9 @@ from magsim.earth.igrf import field_of_model, igrf14
 from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.frames import rot_nb_from_attitude
+from magsim.loading import LoadedScenario
 from magsim.plots.figures import flight as flight_figure
-from magsim.scenario import LoadedScenario, Scenario
+from magsim.scenario import Scenario
 from magsim.sensors import true_columns
 from magsim.simulation import record
 from magsim.trajectory import Flight, Trajectory

@@ -18,7 +18,9 @@ from magsim.flight.model.instance import load
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.rates import integrators_for, log_rate_hz
 from magsim.flight.model.setup import Setup
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.planning import FlyableScenario
+from magsim.scenario import Scenario
 from magsim.simulation import simulate
 from magsim.trajectory import Flight
 from magsim.units import FT, G0, LBF
@@ -43,7 +45,7 @@ def scenario_of(drone: Aircraft) -> Callable[..., Scenario]:
             "pattern": {"kind": "box"} | pattern,
             "sensors": {"scalar": [{"name": "boom", "mount": "nose_boom"}]},
         }
-        return Scenario.model_validate(raw | tables, context={"aircraft": drone})
+        return FlyableScenario.model_validate(raw | tables, context={"aircraft": drone})
 
     return make
 

@@ -15,7 +15,8 @@ from magsim.flight.model.instance import load
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.setup import Setup
 from magsim.flight.model.trim import trim
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 from magsim.units import G0, LB, SLUG_FT2
 
 LOADS = [(None, None, 0.0), (700.0, 1000.0, 0.2), (300.0, 150.0, 0.0), (1100.0, 400.0, 0.5)]

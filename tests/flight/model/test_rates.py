@@ -2,7 +2,7 @@
 
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight import fly
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from tests.benchmarks.flight_speed import LOW, MEMORY, interpolation_error_deg, memory_growth_mb, rate_convergence_deg
 
 

@@ -11,7 +11,8 @@ from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
 from magsim.flight import fly
 from magsim.flight.path.heights import ramps
-from magsim.scenario import Scenario, ground_of, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario, ground_of
 from magsim.streams import stream
 from magsim.trajectory import Flight, Segment
 

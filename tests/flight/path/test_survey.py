@@ -12,7 +12,8 @@ from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.path.heights import STEP_M, VERTICAL_G, plan_heights, ramps, rounded, window_of
 from magsim.flight.path.patterns import path_of
-from magsim.scenario import Scenario, Survey, ground_of, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario, SurveyPattern, ground_of
 from magsim.streams import stream
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight
@@ -34,7 +35,7 @@ def draped(cessna: Aircraft, scenario_of: ScenarioOf) -> tuple[Scenario, Flight]
 @pytest.mark.parametrize("turn", ["right", "left"])
 @pytest.mark.parametrize("lines", [1, 4, 5])
 def test_lines_and_ties_lie_where_they_should(turn: str, lines: int):
-    survey = Survey(lines=lines, line_m=6000.0, spacing_m=400.0, ties=3, tie_spacing_m=2000.0, turn=turn)
+    survey = SurveyPattern(lines=lines, line_m=6000.0, spacing_m=400.0, ties=3, tie_spacing_m=2000.0, turn=turn)
     path = path_of(survey, 0.0, 70.0, 2.0)
     side = 1.0 if turn == "right" else -1.0
     legs = [element for element in path if not element.turn]
@@ -59,7 +60,7 @@ def test_lines_and_ties_lie_where_they_should(turn: str, lines: int):
 
 
 def test_every_line_is_entered_straight():
-    survey = Survey(lines=3, line_m=3000.0, spacing_m=200.0, ties=2, tie_spacing_m=1000.0, lead_s=6.0)
+    survey = SurveyPattern(lines=3, line_m=3000.0, spacing_m=200.0, ties=2, tie_spacing_m=1000.0, lead_s=6.0)
     path = path_of(survey, 77.0, 70.0, 2.0)
     for before, leg in pairwise(path):
         if not leg.turn:

@@ -12,7 +12,8 @@ from magsim.flight import fly
 from magsim.flight.model.setup import Setup
 from magsim.flight.model.trim import trim
 from magsim.flight.pilot.flaps import FlapHand, moving, runs_of
-from magsim.scenario import FlapMove, Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import FlapMove, Scenario
 from magsim.trajectory import Flight
 
 ScenarioOf = Callable[..., Scenario]

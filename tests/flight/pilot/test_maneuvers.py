@@ -12,7 +12,8 @@ from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.carriers.outcome import check_quiet
 from magsim.flight.pilot.trains import Sweep
-from magsim.scenario import Scenario, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 from magsim.trajectory import Flight
 from tests.benchmarks.flight_accuracy import (
     AMPLITUDES_DEG,
