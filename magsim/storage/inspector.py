@@ -1,9 +1,9 @@
-"""Walk through a whole HDF5 file; run as a program of its own, which may crash or hang in its caller's stead.
+"""Read a whole HDF5 file; run as a program of its own, which may crash or hang in its caller's stead.
 
-``python vet.py FILE`` ends with 0 where everything in the file is allowed and could be read within its limits of memory
-and time, with 4 where something is not allowed, with another code where HDF5 fails. The last line on stderr tells why.
-``python vet.py --many SECONDS FILE ...`` gives each file a process of its own with that many seconds, and prints a line
-of JSON for each: [code, last line]. It imports nothing of magsim, so it starts fast.
+``python inspector.py FILE`` ends with 0 if everything in the file is allowed and could be read within its limits of
+memory and time, with 4 if something is not allowed, with another code if HDF5 fails. The last line on stderr is the
+reason. ``python inspector.py --many SECONDS FILE ...`` gives each file a process of its own with that many seconds, and
+prints a line of JSON for each: [code, last line]. It imports nothing of magsim, so it starts fast.
 """
 
 import json
@@ -14,6 +14,10 @@ import sys
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    import h5py
 
 CPU_S = 8
 MEMORY_BYTES = 4 * 1024**3
@@ -22,7 +26,7 @@ OBJECTS = 200_000
 DEPTH = 16
 NAME_BYTES = 255
 FILTERS = (1, 2, 3)  # deflate, shuffle, fletcher32, as HDF5 numbers them
-REFUSED = 4
+NOT_ALLOWED = 4
 
 
 class NotAllowedError(Exception):
@@ -30,7 +34,7 @@ class NotAllowedError(Exception):
 
 
 def main(path: str) -> int:
-    """Touch everything in the file, each value no larger than the limits allow; exit code."""
+    """Read everything in the file, each value no larger than the limits allow, and return the exit code."""
     with suppress(ImportError, ValueError, OSError):
         import resource
 
@@ -41,7 +45,7 @@ def main(path: str) -> int:
         walk(path)
     except NotAllowedError as error:
         print(error, file=sys.stderr)
-        return REFUSED
+        return NOT_ALLOWED
     except Exception as error:
         print(*(str(error).splitlines()[:1] or [type(error).__name__]), file=sys.stderr)
         return 1
@@ -49,50 +53,58 @@ def main(path: str) -> int:
 
 
 def walk(path: str) -> None:
-    """Every object that can be reached from the root."""
+    """Read every object that can be reached from the root."""
     import h5py
 
     size = Path(path).stat().st_size
     budget = Budget(size)
     with h5py.File(path, "r", locking=False) as file:
-        groups = [(file, 0)]
+        groups: list[tuple[h5py.Group, int]] = [(file, 0)]
         while groups:
             group, depth = groups.pop()
-            touch_attributes(group, budget)
+            read_attributes(group, budget)
             for name in group:
-                item = member(h5py, group, name, budget)
+                item = member(group, name, budget)
                 if isinstance(item, h5py.Group):
                     if depth >= DEPTH:
                         refuse(group, f"groups are nested deeper than is allowed; allowed: {DEPTH}")
                     groups.append((item, depth + 1))
                 elif isinstance(item, h5py.Dataset):
-                    touch_attributes(item, budget)
-                    touch_values(item, budget, size)
+                    read_attributes(item, budget)
+                    read_values(item, budget, size)
 
 
 class Budget:
-    """What the values of a file may claim in sum: what is in it, and some for what is packed."""
+    """Bytes and objects that a file may still hold: its own size, and an allowance for compressed values."""
 
     def __init__(self, size: int) -> None:
         self.bytes = size + VALUE_BYTES
         self.objects = OBJECTS
 
-    def spend(self, item: object, claimed: int, limit: int) -> None:
-        """Take from it, or refuse."""
+    def spend(self, item: "h5py.HLObject", claimed: int, limit: int) -> None:
+        """Subtract what a value claims, or end the walk."""
         limit = min(limit, self.bytes)
         if claimed > limit:
             refuse(item, f"claims {claimed} bytes; allowed: up to {limit}")
         self.bytes -= claimed
 
 
-def refuse(item: object, why: str) -> None:
-    """End the walk."""
+def refuse(item: "h5py.HLObject", why: str) -> NoReturn:
+    """End the walk.
+
+    Raises
+    ------
+    NotAllowedError
+        With the name of the item and the reason.
+    """
     name = str(item.name).strip("/")[:200]
     raise NotAllowedError(f"{name!a} {why}" if name else why)
 
 
-def member(h5py: object, group: object, name: str, budget: Budget) -> object:
-    """A member by a hard link; other links are not followed."""
+def member(group: "h5py.Group", name: str, budget: Budget) -> "h5py.HLObject":
+    """Return a member that is a hard link; other links are not followed."""
+    import h5py
+
     budget.objects -= 1
     if budget.objects < 0:
         refuse(group, f"has more objects than are allowed; allowed: {OBJECTS}")
@@ -103,15 +115,15 @@ def member(h5py: object, group: object, name: str, budget: Budget) -> object:
     return group[name]
 
 
-def touch_attributes(item: object, budget: Budget) -> None:
+def read_attributes(item: "h5py.HLObject", budget: Budget) -> None:
     """Read every attribute."""
     for name in item.attrs:
         budget.spend(item, item.attrs.get_id(name).get_storage_size(), VALUE_BYTES)
         item.attrs[name]
 
 
-def touch_values(item: object, budget: Budget, size: int) -> None:
-    """Read the values of a data set, but for plain blocks that lie in the file as they are."""
+def read_values(item: "h5py.Dataset", budget: Budget, size: int) -> None:
+    """Read the values of a data set, except contiguous blocks of plain numbers."""
     if item.external or item.is_virtual:
         refuse(item, "keeps its values in another file, which is not allowed")
     properties = item.id.get_create_plist()
@@ -134,16 +146,16 @@ def touch_values(item: object, budget: Budget, size: int) -> None:
 
 
 def many(seconds: float, paths: list[str]) -> None:
-    """One process for each file, so that the libraries are loaded once."""
+    """Inspect each file in a forked process of its own, so that the libraries are loaded once."""
     import h5py  # noqa: F401
 
     for path in paths:
-        code, why = apart(seconds, path)
-        print(json.dumps([code, why]), flush=True)
+        code, reason = in_child(seconds, path)
+        print(json.dumps([code, reason]), flush=True)
 
 
-def apart(seconds: float, path: str) -> tuple[int, str]:
-    """Exit code and last line of a process for one file; the negative number of the signal that ended it."""
+def in_child(seconds: float, path: str) -> tuple[int, str]:
+    """Return exit code, or the negative number of the signal that ended it, and last line of a process for one file."""
     reading, writing = os.pipe()
     child = os.fork()
     if not child:
@@ -156,7 +168,7 @@ def apart(seconds: float, path: str) -> tuple[int, str]:
             sys.stderr.flush()
         os._exit(code)
     os.close(writing)
-    told, end = b"", time.monotonic() + seconds
+    output, end = b"", time.monotonic() + seconds
     while True:
         ready, _, _ = select.select([reading], [], [], max(0.0, end - time.monotonic()))
         if not ready:
@@ -167,10 +179,10 @@ def apart(seconds: float, path: str) -> tuple[int, str]:
         piece = os.read(reading, 65536)
         if not piece:
             break
-        told = (told + piece)[-65536:]
+        output = (output + piece)[-65536:]
     os.close(reading)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    return code, (told.decode("utf-8", "replace").strip().splitlines() or [""])[-1]
+    return code, (output.decode("utf-8", "replace").strip().splitlines() or [""])[-1]
 
 
 if __name__ == "__main__":

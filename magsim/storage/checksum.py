@@ -1,6 +1,6 @@
-"""The seal of a file: a last line with the SHA-256 of all bytes before it.
+"""The checksum line at the end of a file: a last line with the SHA-256 of all bytes before it.
 
-It lies beyond the end that HDF5 knows of, so every HDF5 library reads the file as if it were not there.
+It follows the end that HDF5 records for the file, so every HDF5 library reads the file without noticing it.
 """
 
 import hashlib
@@ -11,13 +11,19 @@ from pathlib import Path
 from magsim.errors import DataError
 from magsim.files import first_bytes
 
-_SEAL = re.compile(rb"magsim-sha256:([0-9a-f]{64})\n")
-SEAL_BYTES = len("magsim-sha256:") + 64 + 1
+_LINE = re.compile(rb"magsim-sha256:([0-9a-f]{64})\n")
+CHECKSUM_BYTES = len("magsim-sha256:") + 64 + 1
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
-def append_seal(path: Path) -> str:
-    """Append the SHA-256 of a finished file to it; that of all bytes, seal included."""
+def append_checksum(path: Path) -> str:
+    """Append the checksum line to a finished file.
+
+    Returns
+    -------
+    str
+        SHA-256 of all bytes, that line included.
+    """
     digest = _sha256(path, path.stat().st_size)
     line = b"magsim-sha256:" + digest.hexdigest().encode() + b"\n"
     with path.open("ab") as file:
@@ -27,26 +33,26 @@ def append_seal(path: Path) -> str:
 
 
 @dataclass(frozen=True)
-class SealState:
-    """What the seal of a file says.
+class ChecksumState:
+    """Result of comparing a file with its checksum line.
 
     Attributes
     ----------
     kind : str
         ``good``, ``none`` or ``broken``.
-    why : str
-        What is wrong, in words that follow the file's name; empty where it is good.
+    reason : str
+        What is wrong, in words that follow the file's name; empty if good.
     digest : str
-        SHA-256 of all bytes, seal included.
+        SHA-256 of all bytes, the checksum line included.
     """
 
     kind: str
-    why: str
+    reason: str
     digest: str
 
 
-def seal_state(path: Path) -> SealState:
-    """Compare the seal of a file with its bytes.
+def checksum_state(path: Path) -> ChecksumState:
+    """Compare the bytes of a file with its checksum line.
 
     Raises
     ------
@@ -56,25 +62,26 @@ def seal_state(path: Path) -> SealState:
         If it is no HDF5 file.
     """
     _check_file(path)
-    size = max(0, path.stat().st_size - SEAL_BYTES)
+    size = max(0, path.stat().st_size - CHECKSUM_BYTES)
     body = _sha256(path, size)
     with path.open("rb") as file:
         file.seek(size)
-        tail = file.read(SEAL_BYTES)
+        tail = file.read(CHECKSUM_BYTES)
     whole = body.copy()
     whole.update(tail)
-    found = _SEAL.fullmatch(tail)
+    found = _LINE.fullmatch(tail)
     if found is not None and body.hexdigest() == found[1].decode():
-        return SealState("good", "", whole.hexdigest())
+        return ChecksumState("good", "", whole.hexdigest())
     if found is not None:
-        why = "is damaged: its bytes are not those that were written (the checksum at its end differs)"
+        reason = "is damaged: its bytes are not those that were written (the checksum at its end differs)"
     elif b"magsim-sha256:" in tail[1:]:
-        why = "is truncated: the checksum at its end is not complete"
+        reason = "is truncated: the checksum at its end is not complete"
     elif sum(a == b for a, b in zip(tail, b"magsim-sha256:", strict=False)) > 7:
-        why = "is damaged: the checksum at its end is not one"
+        reason = "is damaged: the checksum at its end is not one"
     else:
-        return SealState("none", "has no checksum at its end: another program wrote or changed it", whole.hexdigest())
-    return SealState("broken", why, whole.hexdigest())
+        reason = "has no checksum at its end: another program wrote or changed it"
+        return ChecksumState("none", reason, whole.hexdigest())
+    return ChecksumState("broken", reason, whole.hexdigest())
 
 
 def _check_file(path: Path) -> None:
@@ -86,6 +93,7 @@ def _check_file(path: Path) -> None:
 
 
 def _sha256(path: Path, size: int) -> "hashlib._Hash":
+    """Return the running SHA-256 of the first bytes of a file."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while size > 0:
