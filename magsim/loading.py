@@ -14,7 +14,7 @@ from magsim.aircraft import Aircraft, Bird, load_aircraft, load_bird
 from magsim.config import Document
 from magsim.errors import RequestError
 from magsim.planning import FlyableScenario
-from magsim.scenario import Scenario, Tow, Track, TrackLog, ground_of
+from magsim.scenario import Scenario, Tow, TrackLog, TrackPattern, ground_of
 from magsim.scenario.tracklog import TrackProblemsError, read_track, start_of
 from magsim.terrain import Grid, Ground
 
@@ -166,7 +166,7 @@ def _track_of(
         return None, ()
     track, problems, settings = None, (), None
     try:
-        settings = Track.model_validate(pattern)
+        settings = TrackPattern.model_validate(pattern)
         track = read_track(settings, folder)
     except ValidationError:
         pass  # told with everything else that is wrong in the scenario

@@ -14,7 +14,7 @@ from magsim.field.background.station import station_field
 from magsim.flight import fly
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
-from magsim.scenario import Clock, RecordingSettings, Scenario
+from magsim.scenario import InstrumentClock, RecordingSettings, Scenario
 from magsim.sensors import (
     Acquisition,
     Counter,
@@ -182,7 +182,7 @@ def _tow_columns(scenario: Scenario, flight: Flight, time_s: np.ndarray) -> dict
     return out | carrier_ins_columns(ins, seen, scenario.recording.rate_hz, scenario.seed)
 
 
-def _path_of(clock: Clock, name: str, moved: Trajectory, path: Trajectory, seed: int) -> Trajectory:
+def _path_of(clock: InstrumentClock, name: str, moved: Trajectory, path: Trajectory, seed: int) -> Trajectory:
     """The motion that an instrument with a clock of its own saw at the rows."""
     taken = instants(clock, path.time_s, name, seed, (moved.time_s[0], moved.time_s[-1]))
     return path if taken is None else moved.at(taken)

@@ -7,7 +7,7 @@ from magsim.field.metal.eddy import step_rate
 from magsim.field.response import AircraftResponse
 from magsim.field.situation import Situation
 from magsim.field.sources.dipoles import HingedDipole, hinged_field
-from magsim.scenario import Eddy
+from magsim.scenario import EddyPart
 
 
 def permanent(situation: Situation) -> np.ndarray:
@@ -60,7 +60,9 @@ def eddy(situation: Situation) -> np.ndarray:
     return eddy_field(situation.response, situation.rows, situation.ambient_rate_b, situation.step_s, part)
 
 
-def eddy_field(response: AircraftResponse, rows: np.ndarray, rate: np.ndarray, step_s: float, part: Eddy) -> np.ndarray:
+def eddy_field(
+    response: AircraftResponse, rows: np.ndarray, rate: np.ndarray, step_s: float, part: EddyPart
+) -> np.ndarray:
     """Field of the eddy currents for a given change of the ambient field.
 
     Parameters
@@ -71,7 +73,7 @@ def eddy_field(response: AircraftResponse, rows: np.ndarray, rate: np.ndarray, s
     rate : (n, 3) [nT/s]
         Time derivative of the ambient field in body axes.
     step_s : float [s]
-    part : Eddy
+    part : EddyPart
         ``lag = False``: proportional to ``rate``, without time constants.
 
     Returns
@@ -84,7 +86,7 @@ def eddy_field(response: AircraftResponse, rows: np.ndarray, rate: np.ndarray, s
     return (states @ fields.T).reshape(len(rate), len(rows), 3)
 
 
-def eddy_states(response: AircraftResponse, rate: np.ndarray, step_s: float, part: Eddy) -> np.ndarray:
+def eddy_states(response: AircraftResponse, rate: np.ndarray, step_s: float, part: EddyPart) -> np.ndarray:
     """States of the modes of the eddy currents; see ``eddy_field``.
 
     Returns

@@ -7,7 +7,15 @@ other, with every problem reported in one pass.
 from magsim.planning.flyable import FlyableScenario
 from magsim.planning.geology import shortest_crust_m
 from magsim.planning.legs import legs_allowed
-from magsim.planning.schedule import ScheduledSine, needed_s, schedule
+from magsim.planning.schedule import ScheduledOscillation, needed_s, schedule
 from magsim.planning.tow import WHIP_G
 
-__all__ = ["WHIP_G", "FlyableScenario", "ScheduledSine", "legs_allowed", "needed_s", "schedule", "shortest_crust_m"]
+__all__ = [
+    "WHIP_G",
+    "FlyableScenario",
+    "ScheduledOscillation",
+    "legs_allowed",
+    "needed_s",
+    "schedule",
+    "shortest_crust_m",
+]

@@ -9,7 +9,7 @@ from magsim.planning.flaps import check_moves
 from magsim.planning.geology import check_crust, check_targets
 from magsim.planning.patterns import check_pattern, check_surveys, check_track, heights_of
 from magsim.planning.tow import check_names, check_tow
-from magsim.scenario import Air, FieldSettings, FlightSettings, Pattern, Scenario, Tow, Track, parts_of
+from magsim.scenario import Air, FieldSettings, FlightSettings, Pattern, Scenario, Tow, TrackPattern, parts_of
 from magsim.scenario.base import aircraft_of, bird_of
 
 
@@ -25,7 +25,7 @@ class FlyableScenario(Scenario):
     def _pattern_fits(cls, pattern: Pattern, info: ValidationInfo) -> Pattern:
         start, terrain = info.data.get("start"), info.data.get("terrain", "wrong")
         if start:
-            if isinstance(pattern, Track):
+            if isinstance(pattern, TrackPattern):
                 found = [*check_track(pattern, has_ground=terrain is not None)]
             else:
                 found = [
@@ -41,8 +41,8 @@ class FlyableScenario(Scenario):
     def _tow_fits(cls, tow: Tow | None, info: ValidationInfo) -> Tow | None:
         start, pattern, aircraft = info.data.get("start"), info.data.get("pattern"), aircraft_of(info)
         if tow and start and aircraft:
-            parts = parts_of(pattern) if pattern and not isinstance(pattern, Track) else ()
-            kinematic = isinstance(aircraft.facts, KinematicFacts) or isinstance(pattern, Track)
+            parts = parts_of(pattern) if pattern and not isinstance(pattern, TrackPattern) else ()
+            kinematic = isinstance(aircraft.facts, KinematicFacts) or isinstance(pattern, TrackPattern)
             found = [*check_tow(tow, start, parts, bird_of(info), kinematic=kinematic)]
             found += [*check_names(aircraft, bird_of(info))]
             if found:
@@ -54,7 +54,7 @@ class FlyableScenario(Scenario):
     def _flaps_fit(cls, flight: FlightSettings, info: ValidationInfo) -> FlightSettings:
         start, pattern = info.data.get("start"), info.data.get("pattern")
         if start and pattern and flight.flaps:
-            if isinstance(pattern, Track):
+            if isinstance(pattern, TrackPattern):
                 raise Problems(("flaps", "a logged track has the flaps of its file; allowed: none"))
             checked = {"speed_mps": start.speed_mps, "alt_m": min(heights_of(pattern, start))}
             reach = {"circuits": pattern.circuits, "legs": pattern.legs}
@@ -67,7 +67,7 @@ class FlyableScenario(Scenario):
     @classmethod
     def _wind_is_slower(cls, air: Air, info: ValidationInfo) -> Air:
         start, pattern = info.data.get("start"), info.data.get("pattern")
-        legs = pattern and not isinstance(pattern, Track)
+        legs = pattern and not isinstance(pattern, TrackPattern)
         heights = heights_of(pattern, start) if start and legs else ()
         found = [*check_wind(air, start, heights)] if start else []
         aircraft = aircraft_of(info)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from magsim.aircraft import Aircraft
-from magsim.scenario import Combined, PatternBase, Start, Swing
+from magsim.scenario import Combined, Oscillation, PatternBase, Start
 from magsim.scenario.patterns import Maneuvering
 from magsim.units import G0
 
@@ -25,7 +25,7 @@ def check_loads(pattern: PatternBase, start: Start, aircraft: Aircraft | None) -
                 yield f"{key}amplitude_deg" if isinstance(pattern, Maneuvering) else "pitch_deg", text
 
 
-def _load(pattern: PatternBase, start: Start, aircraft: Aircraft, swing: Swing, leg: int) -> str:
+def _load(pattern: PatternBase, start: Start, aircraft: Aircraft, swing: Oscillation, leg: int) -> str:
     """What is wrong with the load factor of a pitch swing, or nothing."""
     amplitude, period = swing.amplitude(leg), swing.period(leg)
     angular = start.speed_mps * math.radians(amplitude) * 2.0 * math.pi / G0

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from magsim.aircraft import Aircraft
 from magsim.planning.legs import check_fit
 from magsim.planning.loads import check_loads
-from magsim.scenario import PatternBase, PatternSequence, Start, Survey, Track, parts_of
+from magsim.scenario import PatternBase, PatternSequence, Start, SurveyPattern, TrackPattern, parts_of
 
 
 def heights_of(pattern: PatternBase | PatternSequence, start: Start) -> tuple[float, ...]:
@@ -31,7 +31,7 @@ def check_pattern(
 def check_surveys(pattern: PatternBase | PatternSequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
     """Tie lines must cross the lines; a drape needs the ground."""
     for number, part in enumerate(parts_of(pattern)):
-        if not isinstance(part, Survey):
+        if not isinstance(part, SurveyPattern):
             continue
         prefix = f"parts[{number}]." if isinstance(pattern, PatternSequence) else ""
         span = (part.ties - 1) * part.tie_spacing_m
@@ -64,7 +64,7 @@ def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]
             yield "heading_deg", text
 
 
-def check_track(pattern: Track, *, has_ground: bool) -> Iterator[tuple[str, str]]:
+def check_track(pattern: TrackPattern, *, has_ground: bool) -> Iterator[tuple[str, str]]:
     """Heights above the sea need the geoid."""
     if pattern.heights == "sea" and not has_ground:
         yield "heights", "heights above the sea need the geoid; allowed: with a table [terrain] and its geoid_m"

@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-from magsim.scenario import Combined, PatternBase, PhasedSwing, Train
+from magsim.scenario import Combined, PatternBase, PhasedOscillation, Train
 
 CENTER_MARGIN_S = 2.0
 """Added to the quiet around a center when a leg is planned: its time is foreseen from the steady wind."""
 
 
 @dataclass(frozen=True)
-class ScheduledSine:
+class ScheduledOscillation:
     """A swing on the clock of its leg."""
 
     train: int
@@ -23,7 +23,7 @@ class ScheduledSine:
     ease_out_s: float
 
 
-def schedule(pattern: PatternBase, index: int, leg_s: float) -> tuple[list[ScheduledSine], float]:
+def schedule(pattern: PatternBase, index: int, leg_s: float) -> tuple[list[ScheduledOscillation], float]:
     """Swings of a leg, in the order in which they begin to rise, and the end of the last one [s].
 
     Parameters
@@ -55,10 +55,10 @@ def schedule(pattern: PatternBase, index: int, leg_s: float) -> tuple[list[Sched
         for swing in train.swings:
             period = swing.period(index)
             ease = train.envelope_cycles * period
-            lag = swing.lag(index) if isinstance(swing, PhasedSwing) else 0.0
+            lag = swing.lag(index) if isinstance(swing, PhasedOscillation) else 0.0
             cycles = train.cycles_of(swing, index) if isinstance(train, Combined) else train.cycles
             eases = min(ease, before), min(ease, after)
-            out.append(ScheduledSine(i, swing.axis, time + lag, period, cycles, swing.amplitude(index), *eases))
+            out.append(ScheduledOscillation(i, swing.axis, time + lag, period, cycles, swing.amplitude(index), *eases))
         end = time + length
         time = end + train.rest_s
     out.sort(key=lambda planned: planned.start_s - planned.ease_in_s)

@@ -13,16 +13,16 @@ from magsim.scenario.instruments import (
     Barometer,
     BaseStation,
     Cabin,
-    Clock,
     Electrical,
     FluxgateSensor,
     Ins,
+    InstrumentClock,
     Radar,
     ScalarSensor,
     Sensor,
     Sensors,
 )
-from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Swing, Train
+from magsim.scenario.maneuvers import Combined, Maneuver, Oscillation, PhasedOscillation, Train
 from magsim.scenario.patterns import (
     LEGS,
     Box,
@@ -37,17 +37,17 @@ from magsim.scenario.patterns import (
     PatternSequence,
     Square,
     StraightLine,
-    Survey,
+    SurveyPattern,
     key_of,
     parts_of,
 )
 from magsim.scenario.payload import Loading
-from magsim.scenario.physics import Earth, Eddy, FieldSettings, Part
-from magsim.scenario.place import Place
+from magsim.scenario.physics import Earth, EddyPart, FieldPart, FieldSettings
+from magsim.scenario.place import GroundPoint
 from magsim.scenario.start import FlightSettings, Start, Sway
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
 from magsim.scenario.tow import Gusts, Tow, TowBody, TowRope
-from magsim.scenario.track import Track
+from magsim.scenario.track import TrackPattern
 from magsim.scenario.tracklog import TrackLog
 from magsim.scenario.variation import Variation
 from magsim.scenario.whole import Pattern, RecordingSettings, Scenario
@@ -60,16 +60,16 @@ __all__ = [
     "Box",
     "Cabin",
     "Centered",
-    "Clock",
     "Cloverleaf",
     "Combined",
     "Crust",
     "Diamond",
     "DipoleTarget",
     "Earth",
-    "Eddy",
+    "EddyPart",
     "Electrical",
     "Electronics",
+    "FieldPart",
     "FieldSettings",
     "FlapMove",
     "FlatTerrain",
@@ -79,21 +79,22 @@ __all__ = [
     "FomPeakToPeak",
     "FractalTerrain",
     "GridTerrain",
+    "GroundPoint",
     "Gust",
     "Gusts",
     "HeadingCross",
     "Ins",
+    "InstrumentClock",
     "LegPattern",
     "LinearShear",
     "Loading",
     "LogShear",
     "Maneuver",
-    "Part",
+    "Oscillation",
     "Pattern",
     "PatternBase",
     "PatternSequence",
-    "PhasedSwing",
-    "Place",
+    "PhasedOscillation",
     "PrismTarget",
     "Radar",
     "RandomGusts",
@@ -106,16 +107,15 @@ __all__ = [
     "Square",
     "Start",
     "StraightLine",
-    "Survey",
+    "SurveyPattern",
     "Sway",
-    "Swing",
     "Target",
     "Terrain",
     "Tow",
     "TowBody",
     "TowRope",
-    "Track",
     "TrackLog",
+    "TrackPattern",
     "Train",
     "Variation",
     "ground_of",

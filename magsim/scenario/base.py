@@ -11,7 +11,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 
 
-class Part(Strict):
+class FieldPart(Strict):
     """A part of the aircraft's field that can be switched and scaled."""
 
     enabled: bool = True

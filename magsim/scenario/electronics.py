@@ -7,7 +7,7 @@ from pydantic import Field, ValidationError, ValidationInfo, create_model, model
 from magsim.aircraft.magnetics import LOADS, Feeder
 from magsim.config import Name, Problems, Strict
 from magsim.config.wording import complaints
-from magsim.scenario.base import Part, aircraft_of, bird_of
+from magsim.scenario.base import FieldPart, aircraft_of, bird_of
 
 
 def _parameters() -> dict[str, Any]:
@@ -38,7 +38,7 @@ class _Setting(Strict):
 FeederSetting = create_model("FeederSetting", __base__=_Setting, __doc__=_Setting.__doc__, **_parameters())
 
 
-class Electronics(Part):
+class Electronics(FieldPart):
     """Currents in the wiring."""
 
     feeders: dict[Name, FeederSetting] = Field(

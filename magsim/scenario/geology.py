@@ -6,7 +6,7 @@ from pydantic import Discriminator, Field, ValidationInfo, field_validator, mode
 
 from magsim.config import Name, Strict, Vector
 from magsim.scenario.base import NonNegative, Positive
-from magsim.scenario.place import HOW_TO_TELL, Place
+from magsim.scenario.place import HOW_TO_TELL, GroundPoint
 
 
 class Crust(Strict):
@@ -46,49 +46,49 @@ class Crust(Strict):
         return value
 
 
-class Body(Place):
+class BuriedBody(GroundPoint):
     """A magnetic body in the ground."""
 
     name: Name
     depth_m: float = Field(ge=-100.0, le=20_000.0, description="of its center below the ground; negative is above it")
 
     @model_validator(mode="after")
-    def _somewhere(self) -> "Body":
+    def _somewhere(self) -> "BuriedBody":
         if not self.told:
             msg = f"no place is told; allowed: {HOW_TO_TELL}"
             raise ValueError(msg)
         return self
 
 
-class DipoleTarget(Body):
+class DipoleTarget(BuriedBody):
     """A body so small that its place is a point."""
 
     kind: Literal["dipole"] = "dipole"
     moment_am2: Vector = Field(description="magnetic moment, north, east, down")
 
 
-class Magnetized(Body):
+class MagnetizedBody(BuriedBody):
     """A body of rock."""
 
     susceptibility: float = Field(default=0.0, ge=0.0, le=20.0, description="volume, SI; in the main field there")
     remanence_apm: Vector = Field(default=(0.0, 0.0, 0.0), description="remanent magnetization, north, east, down")
 
     @model_validator(mode="after")
-    def _magnetic(self) -> "Magnetized":
+    def _magnetic(self) -> "MagnetizedBody":
         if self.susceptibility == 0.0 and not any(self.remanence_apm):
             msg = f"{self.name} is not magnetic; allowed: a susceptibility above 0, a remanence_apm, or both"
             raise ValueError(msg)
         return self
 
 
-class SphereTarget(Magnetized):
+class SphereTarget(MagnetizedBody):
     """A sphere: outside, exactly a dipole."""
 
     kind: Literal["sphere"] = "sphere"
     radius_m: Positive = Field(le=5000.0)
 
 
-class PrismTarget(Magnetized):
+class PrismTarget(MagnetizedBody):
     """A rectangular prism with a level top, magnetized uniformly."""
 
     kind: Literal["prism"] = "prism"

@@ -39,7 +39,7 @@ def check_period(value: float) -> None:
         raise ValueError(msg)
 
 
-class Swing(Strict):
+class Oscillation(Strict):
     """A sine on one axis.
 
     ``amplitude_deg`` (half of peak to peak) and ``period_s`` take one number, or a list that is gone through leg
@@ -86,11 +86,11 @@ class TrainBase(Strict):
     )
 
 
-class Train(Swing, TrainBase):
+class Train(Oscillation, TrainBase):
     """A train of sine maneuvers on one axis, flown once on each leg."""
 
     @property
-    def swings(self) -> tuple[Swing, ...]:
+    def swings(self) -> tuple[Oscillation, ...]:
         """The one swing of the train."""
         return (self,)
 
@@ -99,7 +99,7 @@ class Train(Swing, TrainBase):
         return self.cycles * self.period(index)
 
 
-class PhasedSwing(Swing):
+class PhasedOscillation(Oscillation):
     """One axis of a combined maneuver."""
 
     phase_deg: float = Field(default=0.0, ge=0.0, lt=360.0, description="lag behind the train, in its own period")
@@ -116,18 +116,18 @@ class Combined(TrainBase):
     """
 
     axis: Literal["combined"]
-    swings: Annotated[tuple[PhasedSwing, ...], Field(strict=False, min_length=2, max_length=3)]
+    swings: Annotated[tuple[PhasedOscillation, ...], Field(strict=False, min_length=2, max_length=3)]
 
     @field_validator("swings")
     @classmethod
-    def _one_each(cls, swings: tuple[PhasedSwing, ...]) -> tuple[PhasedSwing, ...]:
+    def _one_each(cls, swings: tuple[PhasedOscillation, ...]) -> tuple[PhasedOscillation, ...]:
         axes = [swing.axis for swing in swings]
         if len(set(axes)) < len(axes):
             msg = f"{', '.join(axes)}: an axis is given twice; allowed: pitch, roll and yaw, each once"
             raise ValueError(msg)
         return swings
 
-    def cycles_of(self, swing: Swing, index: int) -> int:
+    def cycles_of(self, swing: Oscillation, index: int) -> int:
         """Whole cycles that one of the swings flies."""
         longest = max(other.period(index) for other in self.swings)
         return max(1, int(self.cycles * longest / swing.period(index) + 1e-9))

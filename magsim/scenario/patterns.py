@@ -237,7 +237,7 @@ class StraightLine(Maneuvering):
         return 1
 
 
-class Survey(PatternBase):
+class SurveyPattern(PatternBase):
     """Parallel lines flown to and fro, then tie lines across them; level, or draped over the ground.
 
     The first line begins at the pattern's origin on its course; the next lie beside it on the side that ``turn`` names.
@@ -292,7 +292,8 @@ class Survey(PatternBase):
 
 
 LegPattern = Annotated[
-    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | Survey, Discriminator("kind")
+    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | SurveyPattern,
+    Discriminator("kind"),
 ]
 
 

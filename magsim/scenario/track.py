@@ -41,7 +41,7 @@ SURFACES = ("elevator", "aileron_left", "aileron_right", "rudder", "flap")
 COUNTED = ("circuit", "leg", "turn")
 
 
-class Column(Strict):
+class TrackColumn(Strict):
     """Where a quantity stands in the file."""
 
     name: str = Field(min_length=1, max_length=200, description="column of the CSV, data set of the HDF5 file")
@@ -52,21 +52,21 @@ def _as_column(value: object) -> object:
     return {"name": value} if isinstance(value, str) else value
 
 
-Named = Annotated[Column, BeforeValidator(_as_column)]
+Named = Annotated[TrackColumn, BeforeValidator(_as_column)]
 
 
 class TrackColumns(Strict):
     """Map of the columns; a name alone stands for seconds, degrees, meters."""
 
-    time: Named = Column(name="time_s")
+    time: Named = TrackColumn(name="time_s")
     lat: Named | None = None
     lon: Named | None = None
     north: Named | None = Field(default=None, description="from the start point, instead of lat and lon")
     east: Named | None = None
-    alt: Named = Column(name="alt_m")
-    roll: Named = Column(name="roll_deg")
-    pitch: Named = Column(name="pitch_deg")
-    heading: Named = Field(default=Column(name="heading_deg"), description="true, clockwise from north")
+    alt: Named = TrackColumn(name="alt_m")
+    roll: Named = TrackColumn(name="roll_deg")
+    pitch: Named = TrackColumn(name="pitch_deg")
+    heading: Named = Field(default=TrackColumn(name="heading_deg"), description="true, clockwise from north")
     elevator: Named | None = Field(default=None, description="surfaces: right-hand rule about the hinge axis")
     aileron_left: Named | None = None
     aileron_right: Named | None = None
@@ -78,7 +78,7 @@ class TrackColumns(Strict):
 
     @field_validator(*KINDS)
     @classmethod
-    def _known_unit(cls, value: Column | None, info: object) -> Column | None:
+    def _known_unit(cls, value: TrackColumn | None, info: object) -> TrackColumn | None:
         units = UNITS[KINDS[info.field_name]]  # type: ignore[attr-defined]
         if value is not None and value.unit and value.unit not in units:
             msg = f"'{value.unit[:20]}' is no unit of it; allowed: {', '.join(units)}"
@@ -106,7 +106,7 @@ class TrackColumns(Strict):
         return out
 
 
-class Track(Strict):
+class TrackPattern(Strict):
     """The motion of a logged flight, flown through the field without a flight model."""
 
     kind: Literal["track"] = "track"

@@ -20,17 +20,26 @@ from magsim.scenario.patterns import (
     HeadingCross,
     PatternSequence,
     StraightLine,
-    Survey,
+    SurveyPattern,
 )
 from magsim.scenario.payload import Loading
 from magsim.scenario.physics import FieldSettings
 from magsim.scenario.start import FlightSettings, Start
 from magsim.scenario.terrain import Terrain
 from magsim.scenario.tow import Tow
-from magsim.scenario.track import Track
+from magsim.scenario.track import TrackPattern
 
 Pattern = Annotated[
-    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | Survey | PatternSequence | Track,
+    Box
+    | Fom
+    | FomPeakToPeak
+    | Diamond
+    | Cloverleaf
+    | StraightLine
+    | HeadingCross
+    | SurveyPattern
+    | PatternSequence
+    | TrackPattern,
     Discriminator("kind"),
 ]
 """Every pattern that a scenario may name."""

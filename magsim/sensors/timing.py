@@ -7,16 +7,18 @@ truth stay at the tag.
 import numpy as np
 
 from magsim.errors import DataError
-from magsim.scenario import Clock
+from magsim.scenario import InstrumentClock
 from magsim.streams import stream
 
 
-def instants(clock: Clock, tag_s: np.ndarray, name: str, seed: int, span_s: tuple[float, float]) -> np.ndarray | None:
+def instants(
+    clock: InstrumentClock, tag_s: np.ndarray, name: str, seed: int, span_s: tuple[float, float]
+) -> np.ndarray | None:
     """Instants that a channel's rows were taken at.
 
     Parameters
     ----------
-    clock : Clock
+    clock : InstrumentClock
     tag_s : (m,) [s]
         What the rows say.
     name : str

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.errors import DataError
-from magsim.scenario import BaseStation, Clock, Electrical, FluxgateSensor, ScalarSensor
+from magsim.scenario import BaseStation, Electrical, FluxgateSensor, InstrumentClock, ScalarSensor
 from magsim.sensors import electrical_columns, fluxgate_columns, instants, scalar_columns
 from magsim.sensors.base import measure
 from magsim.streams import stream
@@ -66,15 +66,15 @@ def test_drift_grows(truth, acquisition):
 
 def test_jitter_is_white_of_its_size_and_belongs_to_the_channel():
     tag = np.arange(20_000) / 10.0
-    one, other = (tag - instants(Clock(jitter_s=0.004), tag, name, 1, SPAN) for name in ("a", "b"))
+    one, other = (tag - instants(InstrumentClock(jitter_s=0.004), tag, name, 1, SPAN) for name in ("a", "b"))
     assert one.std() == pytest.approx(0.004, rel=0.02)
     assert abs(np.corrcoef(one[1:], one[:-1])[0, 1]) < 0.03
     assert abs(np.corrcoef(one, other)[0, 1]) < 0.03
-    np.testing.assert_array_equal(one, tag - instants(Clock(jitter_s=0.004), tag, "a", 1, SPAN))
+    np.testing.assert_array_equal(one, tag - instants(InstrumentClock(jitter_s=0.004), tag, "a", 1, SPAN))
 
 
 def test_a_right_clock_changes_nothing():
-    assert instants(Clock(), np.arange(5.0), "a", 1, SPAN) is None
+    assert instants(InstrumentClock(), np.arange(5.0), "a", 1, SPAN) is None
 
 
 def test_jitter_does_not_touch_the_noise(make_truth, acquisition):
@@ -88,7 +88,7 @@ def test_jitter_does_not_touch_the_noise(make_truth, acquisition):
 
 def test_a_clock_that_leads_out_of_the_record():
     with pytest.raises(DataError, match=r"the clock of scalar/a is 0\.500 s off.*allowed: a smaller skew_s"):
-        instants(Clock(skew_s=0.5), np.arange(5.0), "scalar/a", 1, (-0.2, 10.0))
+        instants(InstrumentClock(skew_s=0.5), np.arange(5.0), "scalar/a", 1, (-0.2, 10.0))
 
 
 def test_currents_are_late_too(acquisition, make_truth):

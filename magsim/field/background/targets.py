@@ -15,7 +15,7 @@ from magsim.field.background.path import Bounds, Knots, along_path, in_body, lon
 from magsim.field.background.prism import prism_field
 from magsim.field.situation import Situation
 from magsim.field.sources.dipoles import SCALE, dipole_field
-from magsim.scenario import DipoleTarget, Place, PrismTarget, Scenario, SphereTarget, Start, Target
+from magsim.scenario import DipoleTarget, GroundPoint, PrismTarget, Scenario, SphereTarget, Start, Target
 from magsim.terrain import Ground, TangentPlane
 from magsim.units import MU0, NT_PER_T
 
@@ -79,7 +79,7 @@ class Source:
         return far
 
 
-def geodetic_of(place: Place, start: Start) -> tuple[float, float]:
+def geodetic_of(place: GroundPoint, start: Start) -> tuple[float, float]:
     """Latitude and longitude [rad] of a place; of the start point where the place is not told."""
     if place.lat_deg is not None and place.lon_deg is not None:
         return math.radians(place.lat_deg), math.radians(place.lon_deg)
