@@ -16,7 +16,7 @@ from magsim.flight.patterns import LocalPlane
 from magsim.flight.plant import COLUMN, TO_SI
 from magsim.flight.watch import Watch
 from magsim.scenario import FlightSettings, Scenario
-from magsim.sensors import true_columns
+from magsim.sensors.true_motion import true_columns
 
 ScenarioOf = Callable[..., Scenario]
 STATE = r"at t = -?\d+\.\d s: height \d+ m, airspeed \d+\.\d m/s, roll -?\d+\.\d, pitch -?\d+\.\d, angle of attack"
