@@ -20,7 +20,7 @@ from magsim.errors import DataError, RequestError
 from magsim.files import first_bytes
 from magsim.recording import Recording, file
 from magsim.recording.windows import Windows
-from magsim.storage import hdf5, seal, vetting
+from magsim.storage import checksum, hdf5, inspection
 
 MANIFEST = "manifest.json"
 """Name of the file that lists a data set."""
@@ -170,7 +170,7 @@ class Dataset:
             raise RequestError(msg)
         if check:
             self.check()
-        vetting.vet_many(self.files)
+        inspection.inspect_many(self.files)
         self.flights: dict[str, FlightInfo] = {}
         for path in self.files:
             for info in _index(path):
@@ -249,7 +249,7 @@ class Dataset:
         lines = [f"{self.folder / name}: is missing, {MANIFEST} lists it" for name in listed if name not in present]
         lines += [f"{path}: {MANIFEST} does not list it" for name, path in present.items() if name not in listed]
         for name, path in present.items():
-            if name in listed and seal.seal_state(path).digest != listed[name].sha256:
+            if name in listed and checksum.checksum_state(path).digest != listed[name].sha256:
                 lines.append(f"{path}: is not the file that {MANIFEST} lists: its sha256 differs")
         if lines:
             raise DataError("\n".join(lines))
@@ -257,7 +257,7 @@ class Dataset:
 
 def _index(path: Path) -> Iterator[FlightInfo]:
     """The flights of a file, by their names, rows and splits alone."""
-    with hdf5.open_careful(path) as root:
+    with hdf5.open_untrusted(path) as root:
         for group in file.flight_groups(root):
             rows = len(group.array(columns.TIME, kind="f", ndim=1))
             yield FlightInfo(file.flight_name(group), path, rows, _splits(group))

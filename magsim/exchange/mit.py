@@ -124,7 +124,7 @@ def read(path: Path, choose: Callable[[Sequence[str]], Mapping[str, str]]) -> di
     DataError
         If the file is broken, or a field is no row of numbers, or as long as no other.
     """
-    with hdf5.open_careful(path, also=OTHER_NAMES) as root:
+    with hdf5.open_untrusted(path, also=OTHER_NAMES) as root:
         names = root.names()
         if TIME not in names:
             root.refuse(f"there is no {TIME}, the time, so it is no flight in the layout of MagNav.jl")

@@ -16,7 +16,7 @@ from magsim.arrays import readonly
 from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.scenario.track import COUNTED, TrackPattern
-from magsim.storage.hdf5 import open_careful
+from magsim.storage.hdf5 import open_untrusted
 
 MAX_BYTES = 1_000_000_000
 """Largest track file that is read."""
@@ -133,7 +133,7 @@ class _TrackTable:
 def _from_hdf5(path: Path, used: dict[str, tuple[str, float]]) -> _TrackTable:
     values, problems = {}, []
     try:
-        with open_careful(path) as root:
+        with open_untrusted(path) as root:
             for quantity, (name, factor) in used.items():
                 try:
                     values[quantity] = _data_set(root, name) * factor

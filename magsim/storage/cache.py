@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -130,8 +131,9 @@ def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    entry: dict[str, Any] = {_CHECKSUM: _digest(arrays), **arrays}
     with path.open("wb") as file:
-        np.savez(file, **{_CHECKSUM: _digest(arrays)}, **arrays)
+        np.savez(file, **entry)
 
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:

@@ -45,8 +45,8 @@ def fingerprint() -> dict[str, str]:
         SVML. On machines that agree in all of them the same scenario gives the same bytes.
     """
     import h5py
+    import numba
     import scipy.linalg  # noqa: F401 - loads a BLAS of its own, which is reported below
-    from numba.core import config
     from threadpoolctl import threadpool_info
 
     import magsim
@@ -61,7 +61,7 @@ def fingerprint() -> dict[str, str]:
         **kind_of_machine(),
         "blas": ", ".join(sorted(blas)),
         "hdf5": h5py.version.hdf5_version,
-        "numba_math": "svml" if config.USING_SVML else "libm",
+        "numba_math": "svml" if getattr(numba.config, "USING_SVML", False) else "libm",
         **{name: version(name) for name in WRITING},
     }
 

@@ -24,8 +24,8 @@ def export(recording: Recording, kind: str, folder: Path) -> Path:
     return exchange.export([(1, recording)], kind, folder)[0]
 
 
-def survey(path: Path, *, rows: int = 50, sealed: bool = True, **changes) -> Path:
-    """A file in MagNav's layout, written with h5py; the seal spares the test a child process."""
+def survey(path: Path, *, rows: int = 50, checksum: bool = True, **changes) -> Path:
+    """A file in MagNav's layout, written with h5py; the checksum spares the test a child process."""
     fields = {
         "tt": 46_000.0 + np.arange(rows) / 10.0,
         "flight": np.full(rows, 1002.0),
@@ -43,8 +43,8 @@ def survey(path: Path, *, rows: int = 50, sealed: bool = True, **changes) -> Pat
         for name, value in fields.items():
             if value is not None:
                 f[name] = value
-    if sealed:
-        hdf5.seal(path)
+    if checksum:
+        hdf5.add_checksum(path)
     return path
 
 
@@ -234,13 +234,13 @@ def test_hdf5_that_reaches_elsewhere_or_claims_too_much(tmp_path):
         f.create_dataset("mag_2_uc", (10**12,), "f8", chunks=(1000,), compression="gzip")
 
     for spoil, message in ((external, "another file"), (linked, "link"), (virtual, "another file"), (huge, "claims")):
-        path = survey(tmp_path / "bad.h5", sealed=False)
+        path = survey(tmp_path / "bad.h5", checksum=False)
         with h5py.File(path, "a") as f:
             spoil(f)
         with pytest.raises(DataError, match=message):
             exchange.import_flight(path)
         path.unlink()
-    path = survey(tmp_path / "cut.h5", rows=5000, sealed=False)
+    path = survey(tmp_path / "cut.h5", rows=5000, checksum=False)
     os.truncate(path, path.stat().st_size // 2)
     with pytest.raises(DataError, match="truncated"):
         exchange.import_flight(path)

@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, and what killed writers leave is removed."""
+"""Files are written completely or not at all, and leftovers of killed writers are removed."""
 
 import os
 import subprocess
@@ -54,7 +54,7 @@ def test_nothing_is_left_behind_when_writing_fails(tmp_path, error):
         assert str(caught.value) == f"cannot write {old}: No space left on device"
 
 
-def test_a_file_that_comes_up_meanwhile_stays(tmp_path):
+def test_a_file_that_another_program_makes_meanwhile_stays(tmp_path):
     target = tmp_path / "a.txt"
 
     def write(path: Path) -> None:
@@ -113,7 +113,7 @@ atomic_write(pathlib.Path(sys.argv[1]), write, force=True)
 
 @pytest.fixture
 def writing(tmp_path):
-    """Processes that are in the middle of writing a file, and do not end by themselves."""
+    """Start processes that are in the middle of writing a file until they are killed."""
     running = []
 
     def start(name: str) -> subprocess.Popen:
@@ -129,7 +129,7 @@ def writing(tmp_path):
         process.communicate()
 
 
-def test_what_a_killed_writer_left_is_removed_by_the_next_one_of_the_same_target(tmp_path, writing):
+def test_leftovers_of_a_killed_writer_are_removed_by_the_next_one_of_the_same_target(tmp_path, writing):
     dead, other, alive = writing("a.h5"), writing("b.h5"), writing("a.h5")
     for process in (dead, other):
         process.kill()
@@ -139,7 +139,7 @@ def test_what_a_killed_writer_left_is_removed_by_the_next_one_of_the_same_target
     check_target(tmp_path / "a.h5")
     assert len(names(tmp_path)) == 4
     atomic_write(tmp_path / "a.h5", lambda path: path.write_text("whole"))
-    # What is left: the folder of the writer that lives, that of another target, and one that is not ours.
+    # Still there: the folder of the living writer, that of another target, and one that is not ours.
     left = [name for name in names(tmp_path) if name.endswith(".part")]
     assert len(left) == 3
     assert [f.read_text() for name in left for f in (tmp_path / name).iterdir()] == ["half", "half"]
@@ -151,7 +151,7 @@ def test_what_a_killed_writer_left_is_removed_by_the_next_one_of_the_same_target
     assert names(tmp_path) == [".mine.part", "a.h5", "b.h5"]
 
 
-def test_a_leftover_with_a_file_of_somebody_else_stays(tmp_path, writing):
+def test_a_leftover_with_a_foreign_file_stays(tmp_path, writing):
     dead = writing("a.txt")
     dead.kill()
     dead.wait()
@@ -162,7 +162,7 @@ def test_a_leftover_with_a_file_of_somebody_else_stays(tmp_path, writing):
     assert names(left) == ["a.txt", "theirs"]
 
 
-def test_writers_of_one_target_at_the_same_time_do_not_sweep_each_other(tmp_path):
+def test_simultaneous_writers_of_one_target_do_not_remove_each_others_folders(tmp_path):
     target, failures = tmp_path / "a.txt", []
 
     def run() -> None:

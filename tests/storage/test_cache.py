@@ -20,7 +20,7 @@ def cache(tmp_path, monkeypatch) -> Path:
 
 
 class Maker:
-    """Counts how often it makes."""
+    """A function that counts its calls."""
 
     def __init__(self, **arrays: np.ndarray) -> None:
         self.arrays = arrays or {"x": np.array([[1.0, np.nan, -0.0]]), "n": np.array(7), "e": np.zeros((0, 3))}
@@ -37,7 +37,7 @@ def same(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> bool:
     )
 
 
-def test_the_same_key_is_made_once_and_gives_the_same_bits(cache):
+def test_the_same_key_is_computed_once_and_returns_the_same_bits(cache):
     make = Maker()
     first = cached("part", {"a": 1, "b": [1.5, "x"], "c": np.arange(3)}, make)
     again = cached("part", {"c": np.arange(3), "b": [1.5, "x"], "a": 1}, make)
@@ -47,14 +47,14 @@ def test_the_same_key_is_made_once_and_gives_the_same_bits(cache):
 
 
 @pytest.mark.parametrize("other", [("part", {"a": 2}), ("other", {"a": 1}), ("part", "a")])
-def test_another_key_or_kind_is_made_anew(cache, other):
+def test_another_key_or_kind_is_computed(cache, other):
     make = Maker()
     cached("part", {"a": 1}, make)
     cached(*other, make)
     assert make.calls == 2
 
 
-def test_changing_the_result_of_make_later_changes_nothing(cache):
+def test_changing_the_returned_array_later_changes_nothing(cache):
     array = np.ones(3)
     first = cached("part", "k", lambda: {"x": array})
     array[:] = 5.0
@@ -62,7 +62,7 @@ def test_changing_the_result_of_make_later_changes_nothing(cache):
     assert cached("part", "k", Maker())["x"].tolist() == [1.0, 1.0, 1.0]
 
 
-def test_any_damage_is_met_by_making_anew(cache):
+def test_a_damaged_entry_is_computed_again(cache):
     make = Maker()
     first = cached("part", "k", make)
     (entry,) = cache.rglob("*.npz")
@@ -78,7 +78,7 @@ def test_any_damage_is_met_by_making_anew(cache):
         assert same(cached("part", "k", make), first)
 
 
-def test_an_entry_with_swapped_content_is_not_believed(cache):
+def test_an_entry_with_other_content_is_not_used(cache):
     make = Maker(x=np.ones(4))
     cached("part", "k", make)
     (entry,) = cache.rglob("*.npz")
@@ -109,7 +109,7 @@ def test_a_cache_that_cannot_be_written_to_is_not_used(tmp_path, monkeypatch):
     assert make.calls == 2
 
 
-def test_where_the_cache_is(monkeypatch, tmp_path):
+def test_the_folder_of_the_cache(monkeypatch, tmp_path):
     monkeypatch.setenv("MAGSIM_CACHE", str(tmp_path / "own"))
     assert cache_folder() == tmp_path / "own"
     monkeypatch.delenv("MAGSIM_CACHE")
@@ -120,7 +120,7 @@ def test_where_the_cache_is(monkeypatch, tmp_path):
     assert cache_folder() == tmp_path / "home" / ".cache" / "magsim"
 
 
-def test_writers_at_the_same_time_do_not_disturb_each_other(cache):
+def test_simultaneous_writers_do_not_disturb_each_other(cache):
     results: list[dict[str, np.ndarray]] = []
 
     def run() -> None:
@@ -152,7 +152,7 @@ def test_the_cache_does_not_grow_without_end(cache, monkeypatch):
 
 
 @pytest.mark.parametrize("arrays", [{"x": np.array([object()])}, {"checksum": np.ones(1)}])
-def test_what_cannot_be_kept_is_a_mistake_of_the_caller(cache, arrays):
+def test_a_result_that_cannot_be_stored_raises(cache, arrays):
     with pytest.raises(TypeError, match="cannot hold"):
         cached("part", "k", Maker(**arrays))
 
@@ -162,7 +162,7 @@ def made_by(module: str) -> Maker:
     return type("Made", (Maker,), {"__module__": module})()
 
 
-def test_a_changed_source_is_made_anew(cache, monkeypatch):
+def test_a_changed_source_is_computed_again(cache, monkeypatch):
     """The digest of the module that the maker belongs to, through ``functools.partial`` too."""
     digests = {"magsim.field.steel": "a", "magsim.field.skin": "b"}
     monkeypatch.setattr(caching, "source_digest", digests.get)
@@ -178,7 +178,7 @@ def test_a_changed_source_is_made_anew(cache, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["numpy", "scipy", "numba", "llvmlite", "jsbsim", "processor_features", "python"])
-def test_another_library_or_machine_is_made_anew(cache, monkeypatch, name):
+def test_another_library_or_machine_is_computed_again(cache, monkeypatch, name):
     make, real = Maker(), caching.kind_of_machine()
     cached("part", "k", make)
     monkeypatch.setattr(caching, "kind_of_machine", lambda: real | {name: "another"})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from magsim.errors import DataError, RequestError
-from magsim.storage import hdf5, vetting
+from magsim.storage import hdf5, inspection
 
 
 def make_file(path: Path, **datasets: object) -> Path:
@@ -18,7 +18,7 @@ def make_file(path: Path, **datasets: object) -> Path:
 
 
 def refused(path: Path, read: object) -> str:
-    with pytest.raises(DataError) as caught, hdf5.open_careful(path) as root:
+    with pytest.raises(DataError) as caught, hdf5.open_untrusted(path) as root:
         read(root)
     text = str(caught.value)
     assert text.startswith(str(path))
@@ -26,10 +26,10 @@ def refused(path: Path, read: object) -> str:
     return text
 
 
-def test_plain_things_are_read(tmp_path):
+def test_plain_values_are_read(tmp_path):
     path = make_file(tmp_path / "a.h5", x=np.arange(6.0).reshape(2, 3))
-    hdf5.seal(path)
-    with hdf5.open_careful(path) as root:
+    hdf5.add_checksum(path)
+    with hdf5.open_untrusted(path) as root:
         assert root.names() == ["x"]
         assert root.array("x", kind="f", ndim=2).tolist() == [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
 
@@ -62,11 +62,11 @@ def test_a_small_file_that_claims_terabytes_is_refused(tmp_path):
     assert "claims 8796093022208 bytes" in refused(path, lambda root: root.array("x", kind="f", ndim=1))
 
 
-def test_filters_are_on_a_list(tmp_path):
+def test_only_filters_of_hdf5_itself_are_allowed(tmp_path):
     path = tmp_path / "f.h5"
     with h5py.File(path, "w") as file:
         file.create_dataset("good", data=np.arange(100.0), compression="gzip", shuffle=True)
-    with hdf5.open_careful(path) as root:
+    with hdf5.open_untrusted(path) as root:
         assert root.array("good", kind="f", ndim=1)[99] == 99.0
     with h5py.File(path, "a") as file:
         file.create_dataset("bad", data=np.arange(100.0), compression="lzf")
@@ -81,34 +81,34 @@ def test_odd_names_and_types_are_refused(tmp_path):
     assert "i is not a group" in refused(path, lambda root: root.group("i"))
 
 
-def test_what_is_no_hdf5_file(tmp_path):
+def test_files_that_are_not_hdf5_are_refused(tmp_path):
     path = tmp_path / "x.h5"
     path.write_bytes(b"")
     assert "is empty" in refused(path, lambda _: None)
     path.write_text("hello, this is text")
     assert "is not an HDF5 file" in refused(path, lambda _: None)
-    with pytest.raises(RequestError, match="there is no such file"), hdf5.open_careful(tmp_path / "no.h5"):
+    with pytest.raises(RequestError, match="there is no such file"), hdf5.open_untrusted(tmp_path / "no.h5"):
         pass
-    with pytest.raises(RequestError, match="is a folder"), hdf5.open_careful(tmp_path):
+    with pytest.raises(RequestError, match="is a folder"), hdf5.open_untrusted(tmp_path):
         pass
 
 
-def test_a_broken_seal_is_told(tmp_path):
+def test_a_checksum_that_does_not_fit_is_reported(tmp_path):
     path = make_file(tmp_path / "s.h5", x=np.zeros(1000))
-    hdf5.seal(path)
+    hdf5.add_checksum(path)
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
     assert "bytes are not those that were written" in refused(path, lambda _: None)
 
 
-def test_a_program_that_crashes_or_hangs_over_a_file_does_so_alone(tmp_path, monkeypatch):
+def test_an_inspector_that_crashes_or_hangs_does_not_take_the_caller_along(tmp_path, monkeypatch):
     path = make_file(tmp_path / "x.h5", x=np.ones(3))
-    program = tmp_path / "vet.py"
-    monkeypatch.setattr(vetting, "VET_PROGRAM", program)
+    program = tmp_path / "inspector.py"
+    monkeypatch.setattr(inspection, "INSPECTOR", program)
     program.write_text("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     assert "breaks down" in refused(path, lambda _: None)
     program.write_text("import time; time.sleep(60)")
-    monkeypatch.setattr(vetting, "VET_TIMEOUT_S", 0.3)
+    monkeypatch.setattr(inspection, "TIMEOUT_S", 0.3)
     path = make_file(tmp_path / "x.h5", y=np.ones(3))
     assert "does not come to an end" in refused(path, lambda _: None)
