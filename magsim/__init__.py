@@ -22,7 +22,7 @@ Units
 -----
 SI, radians and seconds inside. Magnetic flux density is in nT and magnetic moment in A m^2 everywhere
 between modules; only the field solvers use tesla, ampere and ohm inside. Feet, slugs and pounds live in
-``magsim.flight.plant`` and ``magsim.flight.model`` alone, where JSBSim is spoken to. In files every name
+``magsim.flight.model`` alone, the flight model of JSBSim. In files every name
 carries its unit as a suffix:
 ``_m _mps _mps2 _deg _dps _s _nt _am2 _hz _a _v _pa _c _kg _n _norm``. Heights are above the WGS-84 ellipsoid.
 
@@ -52,7 +52,7 @@ _EXPORTS = {
     "Dataset": "magsim.dataset",
     "Recording": "magsim.recording",
     "Scenario": "magsim.scenario",
-    "load_scenario": "magsim.scenario",
+    "load_scenario": "magsim.loading",
     "Aircraft": "magsim.aircraft",
     "load_aircraft": "magsim.aircraft",
     "simulate": "magsim.simulation",

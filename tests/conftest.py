@@ -2,8 +2,8 @@
 
 import pytest
 
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 
 

@@ -10,7 +10,7 @@ from magsim import Dataset
 from magsim.dataset import MANIFEST, FileEntry, FlightEntry, Manifest, read_manifest
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording, write_recordings
-from magsim.storage import seal
+from magsim.storage import checksum
 
 
 def flight(name: str, splits: list[float], *, extra: bool = False) -> Recording:
@@ -23,7 +23,7 @@ def flight(name: str, splits: list[float], *, extra: bool = False) -> Recording:
 
 def manifest_of(folder: Path) -> Manifest:
     files = tuple(
-        FileEntry(name=path.name, sha256=seal.seal_state(path).digest, size=path.stat().st_size, flights=())
+        FileEntry(name=path.name, sha256=checksum.checksum_state(path).digest, size=path.stat().st_size, flights=())
         for path in sorted(folder.glob("*.h5"))
     )
     return Manifest(manifest=1, dataset="some", made_on={}, files=files)

@@ -1,5 +1,6 @@
 """The wheel holds what an installed magsim needs, and nothing else."""
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -10,6 +11,9 @@ import pytest
 
 import magsim
 from tests.support.paths import ROOT
+
+NAME = "aeromagsim"
+"""Name of the distribution: ``magsim`` on PyPI is another program. The package and the command are ``magsim``."""
 
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text())
 
@@ -37,7 +41,7 @@ def test_the_wheel_ships_code_and_assets(wheel):
 
 def test_the_wheel_ships_nothing_else(wheel):
     for name in wheel.namelist():
-        assert name.startswith(("magsim/", f"magsim-{magsim.__version__}.dist-info/"))
+        assert name.startswith(("magsim/", f"{NAME}-{magsim.__version__}.dist-info/"))
         assert "__pycache__" not in name
         assert not name.endswith((".h5", ".pyc"))
 
@@ -45,7 +49,7 @@ def test_the_wheel_ships_nothing_else(wheel):
 def test_metadata(wheel):
     (path,) = (name for name in wheel.namelist() if name.endswith("METADATA"))
     text = wheel.read(path).decode()
-    assert f"Version: {magsim.__version__}" in text
+    assert f"Name: {NAME}\nVersion: {magsim.__version__}\n" in text
     assert "Requires-Python: <3.14,>=3.11" in text
     assert "License-Expression: BSD-3-Clause" in text
     plain = [line for line in text.splitlines() if line.startswith("Requires-Dist:") and "extra ==" not in line]
@@ -59,13 +63,13 @@ def test_an_unpacked_wheel_finds_its_assets_and_writes_nothing_there(wheel, tmp_
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "import magsim, magsim.assets as a\n"
-        "from magsim.scenario import load_scenario\n"
+        "from magsim.loading import load_scenario\n"
         "assert a.ROOT.as_posix() == sys.argv[1] + '/magsim/_assets', a.ROOT\n"
         "print(load_scenario('papers/000_simulated').digest)"
     )
     run = [sys.executable, "-I", "-B", "-c", code, site.as_posix()]
     inside = subprocess.run(run, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.strip()
-    from magsim.scenario import load_scenario
+    from magsim.loading import load_scenario
 
     assert inside == load_scenario("papers/000_simulated").digest
     assert sorted(site.rglob("*")) == before
@@ -74,12 +78,21 @@ def test_an_unpacked_wheel_finds_its_assets_and_writes_nothing_there(wheel, tmp_
 def test_the_command_is_installed_and_the_versions_agree():
     (command,) = (entry for entry in entry_points(group="console_scripts") if entry.name == "magsim")
     assert command.value == "magsim.cli:main"
-    assert version("magsim") == magsim.__version__ == SETTINGS["project"]["version"]
+    assert SETTINGS["project"]["name"] == NAME
+    assert version(NAME) == magsim.__version__ == SETTINGS["project"]["version"]
 
 
 def test_dev_is_all_other_extras_and_the_tools():
     extras = SETTINGS["project"]["optional-dependencies"]
-    assert extras["dev"][0] == f"magsim[{','.join(sorted(set(extras) - {'dev'}, key=list(extras).index))}]"
+    assert extras["dev"][0] == f"{NAME}[{','.join(sorted(set(extras) - {'dev'}, key=list(extras).index))}]"
+
+
+def test_hints_name_the_distribution_and_its_extras():
+    extras = "|".join(SETTINGS["project"]["optional-dependencies"])
+    hints = set()
+    for path in [*(ROOT / "magsim").rglob("*.py"), *ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]:
+        hints |= set(re.findall(rf"([\w-]+)\[(?:{extras})[\],]", path.read_text(encoding="utf-8")))
+    assert hints == {NAME}
 
 
 def test_importing_magsim_is_light():

@@ -11,15 +11,15 @@ from magsim.aircraft.fact import (
     Length,
     Mass,
     Number,
-    Place,
-    PlaceFact,
+    Position,
     Size,
     SpeedRange,
+    VectorFact,
     in_unit,
 )
 from magsim.config import Strict
 
-Inertias = Annotated[PlaceFact, AfterValidator(in_unit("kg m^2"))]
+Inertias = Annotated[VectorFact, AfterValidator(in_unit("kg m^2"))]
 Volume = Annotated[Fact, AfterValidator(in_unit("m^3", positive=True))]
 Slope = Annotated[Fact, AfterValidator(in_unit("1/rad"))]
 LinearDensity = Annotated[Fact, AfterValidator(in_unit("kg/m", positive=True))]
@@ -42,8 +42,8 @@ class BodyFacts(Strict):
     diameter: Size
     mass: Mass
     inertia: Inertias
-    center_of_gravity: Place
-    bridle: Place
+    center_of_gravity: Position
+    bridle: Position
     drag_area: Area
     cross_area: Area
     volume: Volume

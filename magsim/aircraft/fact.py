@@ -30,7 +30,7 @@ class Fact(Strict):
         return self.source.startswith("estimate")
 
 
-class PlaceFact(Strict):
+class VectorFact(Strict):
     """A place in body axes from the datum [m]."""
 
     value: Vector
@@ -73,7 +73,7 @@ class CurveFact(Strict):
         return self
 
 
-AnyFact = Fact | PlaceFact | RangeFact
+AnyFact = Fact | VectorFact | RangeFact
 
 
 def in_unit(unit: str, *, positive: bool = False) -> Callable[[AnyFact], AnyFact]:
@@ -105,8 +105,8 @@ Rate = Annotated[Fact, AfterValidator(in_unit("rad/s", positive=True))]
 PerSecond = Annotated[Fact, AfterValidator(in_unit("1/s", positive=True))]
 Number = Annotated[Fact, AfterValidator(in_unit("1"))]
 Inertia = Annotated[Fact, AfterValidator(in_unit("kg m^2", positive=True))]
-Polynomial = Annotated[PlaceFact, AfterValidator(in_unit("1"))]
-Place = Annotated[PlaceFact, AfterValidator(in_unit("m"))]
+Polynomial = Annotated[VectorFact, AfterValidator(in_unit("1"))]
+Position = Annotated[VectorFact, AfterValidator(in_unit("m"))]
 AngleRange = Annotated[RangeFact, AfterValidator(in_unit("rad"))]
 DegreeRange = Annotated[RangeFact, AfterValidator(in_unit("deg"))]
 SpeedRange = Annotated[RangeFact, AfterValidator(in_unit("m/s"))]

@@ -24,8 +24,8 @@ from magsim.aircraft.fact import (
     Number,
     NumberRange,
     PerSecond,
-    Place,
     Polynomial,
+    Position,
     Power,
     Rate,
     Size,
@@ -59,7 +59,7 @@ class Geometry(Strict):
     fin_area: Area
     fin_arm: Size
     fin_center_above_cg: Size
-    wheels: tuple[Place, ...] = Field(min_length=3, strict=False)
+    wheels: tuple[Position, ...] = Field(min_length=3, strict=False)
 
 
 class Balance(Strict):
@@ -67,12 +67,12 @@ class Balance(Strict):
 
     maximum: Mass
     empty: Mass
-    empty_position: Place
+    empty_position: Position
     payload: Mass
-    payload_position: Place
+    payload_position: Position
     fuel: Mass
     fuel_capacity: Mass
-    fuel_positions: tuple[Place, ...] = Field(min_length=1, strict=False)
+    fuel_positions: tuple[Position, ...] = Field(min_length=1, strict=False)
     forward_limit: CurveFact
     aft_limit: Length
 
@@ -152,7 +152,7 @@ class DirectEngine(Strict):
     propeller_efficiency: Number
     static_thrust: Force
     height_factor: CurveFact
-    position: Place
+    position: Position
     propeller: FixedPropeller | None = None
 
 
@@ -187,14 +187,14 @@ class TurbopropEngine(Strict):
     idle_fuel_fraction: Number
     gas_generator: NumberRange
     spool_time: Duration
-    position: Place
+    position: Position
     propeller: Propeller
 
 
 Engine = Annotated[DirectEngine | TurbopropEngine, Field(discriminator="kind")]
 
 
-class Surface(Strict):
+class ControlSurface(Strict):
     """Travel of one control surface."""
 
     travel: AngleRange
@@ -218,9 +218,9 @@ class Flap(Strict):
 class Controls(Strict):
     """Control surfaces and their actuators."""
 
-    elevator: Surface
-    aileron: Surface
-    rudder: Surface
+    elevator: ControlSurface
+    aileron: ControlSurface
+    rudder: ControlSurface
     flap: Flap | None = None
     actuator_lag: Rate
     actuator_rate: Rate
@@ -295,7 +295,7 @@ class Facts(Strict):
     engine: Engine
     controls: Controls
     autopilot: Autopilot
-    hook: Place | None = None
+    hook: Position | None = None
     limits: Limits
 
     @model_validator(mode="after")

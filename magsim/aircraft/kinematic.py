@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator
 
-from magsim.aircraft.fact import Area, Duration, Envelope, Length, Mass, Place, RangeFact, Speed, in_unit
+from magsim.aircraft.fact import Area, Duration, Envelope, Length, Mass, Position, RangeFact, Speed, in_unit
 from magsim.config import Strict
 
 FrequencyRange = Annotated[RangeFact, AfterValidator(in_unit("Hz"))]
@@ -46,8 +46,8 @@ class KinematicFacts(Strict):
     datum: KinematicDatum
     mass: Mass
     drag_area: Area
-    center_of_gravity: Place
-    hook: Place
+    center_of_gravity: Position
+    hook: Position
     bank_ease: Duration
     climb_limit: Speed
     sway: SwayFacts

@@ -33,7 +33,7 @@ def export(  # noqa: PLR0917 - the options
     sgl-xyz  XYZ as SGL writes it, the fields of its 2020 flights
     gdf2     ASEG-GDF2: .dat and .dfn
     csv      every column, all digits
-    parquet  every column, with units; needs pip install "magsim[parquet]"
+    parquet  every column, with units; needs pip install "aeromagsim[parquet]"
 
     One file holds one flight. Several go into a folder that -o names, or --flight picks one.
     """

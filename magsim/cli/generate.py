@@ -30,7 +30,7 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     with held():
         from magsim import storage
         from magsim.cli.progress import stages
-        from magsim.scenario import load_scenario
+        from magsim.loading import load_scenario
 
     loaded = load_scenario(scenario, overrides)
     target = output or Path(f"{loaded.name}.h5")

@@ -14,7 +14,7 @@ from magsim.dataset.manifest import MANIFEST, Manifest, read_manifest
 from magsim.errors import DataError
 from magsim.recording import Recording, read_recordings
 from magsim.recording.windows import Windows
-from magsim.storage import seal, vetting
+from magsim.storage import checksum, inspection
 
 
 class Dataset:
@@ -49,7 +49,7 @@ class Dataset:
         self.files = recording_files(self.folder)
         if check:
             self.check()
-        vetting.vet_many(self.files)
+        inspection.inspect_many(self.files)
         self.flights: dict[str, FlightInfo] = {}
         for path in self.files:
             for info in index_file(path):
@@ -128,7 +128,7 @@ class Dataset:
         lines = [f"{self.folder / name}: is missing, {MANIFEST} lists it" for name in listed if name not in present]
         lines += [f"{path}: {MANIFEST} does not list it" for name, path in present.items() if name not in listed]
         for name, path in present.items():
-            if name in listed and seal.seal_state(path).digest != listed[name].sha256:
+            if name in listed and checksum.checksum_state(path).digest != listed[name].sha256:
                 lines.append(f"{path}: is not the file that {MANIFEST} lists: its sha256 differs")
         if lines:
             raise DataError("\n".join(lines))

@@ -9,7 +9,7 @@ from magsim.dataset.index import FlightInfo, index_file, recording_files
 from magsim.dataset.manifest import MANIFEST, read_manifest
 from magsim.errors import RequestError
 from magsim.recording import Recording
-from magsim.storage import vetting
+from magsim.storage import inspection
 
 Data = Recording | Dataset | Path | str | Iterable["Recording | Dataset | Path | str"]
 """What is fitted or judged: a recording, a data set, a recording file, a folder of them, or several of these."""
@@ -71,7 +71,7 @@ def _flights(data: Data) -> Iterator[FlightInfo]:
 def _of_files(folder: Path, files: Iterable[Path]) -> Iterator[FlightInfo]:
     """Yield the flights of files of a folder, with what its manifest states of them."""
     files = tuple(files)
-    vetting.vet_many(files)
+    inspection.inspect_many(files)
     manifest = folder / MANIFEST
     listed = {entry.name: entry for entry in read_manifest(manifest).files} if manifest.is_file() else {}
     for path in files:

@@ -11,8 +11,8 @@ from magsim import plots
 from magsim.benchmark import Report, evaluate
 from magsim.compensation import Compensator, FitContext, create
 from magsim.errors import RequestError
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from magsim.storage import atomic_write
 

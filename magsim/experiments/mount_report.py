@@ -17,9 +17,9 @@ from magsim.errors import RequestError
 from magsim.experiments.mount_grid import SPACING, Body, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
 from magsim.field import obstacles, outline
-from magsim.field.meshes import Surface
+from magsim.field.geometry.meshes import Surface
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from magsim.storage import atomic_write
 

@@ -1,7 +1,7 @@
 """The magnetic field at each mount: the Earth, and everything the aircraft adds to it."""
 
 from magsim.field.composition import compute_field
-from magsim.field.outline import Outline, outline
+from magsim.field.metal.skin.mesh import Outline, outline
 from magsim.field.response import (
     AircraftResponse,
     compute_response,

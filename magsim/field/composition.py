@@ -8,9 +8,12 @@ from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft, Vehicle
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
-from magsim.field import crust, electronics, flex, main_field, memory, metal, rotors, targets, variation
+from magsim.field import platform
+from magsim.field.background import crust, main_field, targets, variation
 from magsim.field.response import AircraftResponse, load_response, response_at
 from magsim.field.situation import Situation
+from magsim.field.sources import flex, memory, rotors
+from magsim.field.wiring import electronics
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
@@ -24,12 +27,12 @@ MAKERS: Mapping[str, Maker] = {
     "crust": crust.crust,
     "target": targets.target,
     "variation": variation.variation,
-    "permanent": metal.permanent,
-    "hinged": metal.hinged,
+    "permanent": platform.permanent,
+    "hinged": platform.hinged,
     "propeller": rotors.propeller,
-    "induced": metal.induced,
+    "induced": platform.induced,
     "memory": memory.memory,
-    "eddy": metal.eddy,
+    "eddy": platform.eddy,
     "electronics": electronics.electronics,
 }
 """What makes each part, or None where the aircraft has no such thing; the names are those of ``columns.COMPONENTS``."""

@@ -10,13 +10,13 @@ from magsim.aircraft import Magnetics, Vehicle
 from magsim.aircraft.magnetics import Coil
 from magsim.arrays import readonly
 from magsim.errors import RequestError
-from magsim.field.coils import Loop, inductance_matrix
-from magsim.field.dipoles import HingedDipole, dipole_field
-from magsim.field.eddy import Modes, reduce_to_modes, slow_limit
-from magsim.field.electronics import Wiring
-from magsim.field.outline import metal_obstacles, outline
-from magsim.field.skin_model import SkinModel, load_skin
-from magsim.field.steel import SteelModel, compute_steel, file_digests, load_steel
+from magsim.field.metal.coils import Loop, inductance_matrix
+from magsim.field.metal.eddy import Modes, reduce_to_modes, slow_limit
+from magsim.field.metal.skin.mesh import metal_obstacles, outline
+from magsim.field.metal.skin.model import SkinModel, load_skin
+from magsim.field.metal.steel.model import SteelModel, compute_steel, file_digests, load_steel
+from magsim.field.sources.dipoles import HingedDipole, dipole_field
+from magsim.field.wiring.harness import Wiring
 from magsim.storage import cached
 
 Arrays = dict[str, np.ndarray]
@@ -40,11 +40,11 @@ class AircraftResponse:
         Time constants of the eddy-current modes.
     drive : (k, 3) [m^2 / sqrt(ohm)]
     field : (s, 3, k) [T / (A sqrt(ohm))]
-        See ``magsim.field.eddy.Modes``.
+        See ``magsim.field.metal.eddy.Modes``.
     eddy_error : (s,)
         Relative error of the modes at 0.5 Hz beside all currents of the conductor.
     wiring_nt_per_a : (s, 3, c) [nT/A]
-        Field of each circuit for 1 A.
+        Field of each feeder for 1 A.
     hinged : tuple of HingedDipole
         Dipoles on control surfaces.
     """

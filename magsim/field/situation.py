@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from magsim.aircraft import Magnetics
-from magsim.field.eddy import derivative
-from magsim.field.electronics import Onboard, onboard
 from magsim.field.response import AircraftResponse
+from magsim.field.stepping import derivative
+from magsim.field.wiring.electronics import Onboard, onboard
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario
 from magsim.terrain import Ground

@@ -1,7 +1,7 @@
 """The field in a towed bird: the bird's own parts, the carrier's field at the bird, and what swinging changes.
 
 The carrier moves relative to the bird. Its field at a place is a sum over its sources (fixed moments, ambient field,
-modes of eddy currents, currents of circuits) of a coefficient of the place times the source's strength. Times the cube
+modes of eddy currents, currents of feeders) of a coefficient of the place times the source's strength. Times the cube
 of the distance, such a coefficient hardly changes over the places where a bird swings: it is computed at few nodes and
 interpolated in direction and inverse distance. What turns or rotates is followed as dipoles.
 """
@@ -18,14 +18,14 @@ from threadpoolctl import threadpool_limits
 from magsim.aircraft import Aircraft, Bird
 from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.errors import RequestError
+from magsim.field.background.path import in_body, positions_along
 from magsim.field.composition import compose, with_background
-from magsim.field.dipoles import dipole_field, hinged_motion
-from magsim.field.memory import remembered
-from magsim.field.metal import eddy_states, hinged_turns
-from magsim.field.path import in_body, positions_along
+from magsim.field.platform import eddy_states, hinged_turns
 from magsim.field.response import AircraftResponse, load_response, response_at
-from magsim.field.rotors import rotating_moments
 from magsim.field.situation import Situation, used_mounts
+from magsim.field.sources.dipoles import dipole_field, hinged_motion
+from magsim.field.sources.memory import remembered
+from magsim.field.sources.rotors import rotating_moments
 from magsim.frames import rotate, rotate_back
 from magsim.scenario import Scenario
 from magsim.signals import HIGH_PASS_HZ
@@ -141,7 +141,7 @@ def _earth_axes(situation: Situation) -> np.ndarray:
 def sources(above: Situation) -> np.ndarray:
     """Strengths of the carrier's sources along the flight, in the order of ``coefficients``, (n, 4 + k + c).
 
-    1 for the fixed moments, the ambient field [nT] (3), states of the k eddy modes, currents of the c circuits [A];
+    1 for the fixed moments, the ambient field [nT] (3), states of the k eddy modes, currents of the c feeders [A];
     each times the scale of its part, 0 where it is off.
     """
     field, count = above.scenario.field, len(above.time_s)

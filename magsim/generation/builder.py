@@ -16,10 +16,10 @@ from magsim.generation.description.croissant import CROISSANT, croissant
 from magsim.generation.description.samples import SAMPLES
 from magsim.generation.description.statistics import STATISTICS, Statistics
 from magsim.generation.flying import write_shards
-from magsim.generation.machine import fingerprint
 from magsim.generation.recipe import LoadedRecipe, RecipeTask
 from magsim.recording import Recording
 from magsim.storage import atomic_folder, atomic_write, check_folder_target
+from magsim.storage.machine import fingerprint
 
 DESCRIBING = (MANIFEST, STATISTICS, CARD, CROISSANT)
 """Files that lie beside the recordings in a folder that was built."""

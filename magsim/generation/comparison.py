@@ -10,7 +10,7 @@ from magsim.errors import DataError, RequestError
 from magsim.generation.description import samples, statistics
 from magsim.generation.description.contents import Survey, survey
 from magsim.generation.description.samples import SAMPLES, Samples
-from magsim.generation.machine import differences
+from magsim.storage.machine import differences
 
 MOST = 20
 """Differences that are told."""

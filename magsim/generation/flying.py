@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from magsim.errors import DataError, MagsimError
+from magsim.loading import load_scenario
 from magsim.recording import Recording, write_recordings
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 
 AHEAD = 2

@@ -13,7 +13,7 @@ from magsim import assets, columns, config
 from magsim.config import Document, Name, Strict
 from magsim.errors import RequestError
 from magsim.generation.flying import FlightTask
-from magsim.scenario import LoadedScenario, load_scenario
+from magsim.loading import LoadedScenario, load_scenario
 
 RECIPE = "recipe.toml"
 """Name of the file that makes a folder a data set's."""

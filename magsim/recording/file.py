@@ -13,7 +13,7 @@ Layout::
 
 Each data set has an attribute sha256, of its values.
 
-The same recordings give the same bytes: no clock, no path, no host. A seal follows the data (see
+The same recordings give the same bytes: no clock, no path, no host. A checksum line follows the data (see
 ``magsim.storage.hdf5``).
 """
 
@@ -29,7 +29,7 @@ import numpy as np
 import magsim
 from magsim import columns, storage
 from magsim.errors import DataError, RequestError
-from magsim.storage import hdf5, vetting
+from magsim.storage import hdf5, inspection
 
 if TYPE_CHECKING:
     import h5py
@@ -124,7 +124,7 @@ def _write(path: Path, recordings: Iterable[FlightTable]) -> None:
         for number, recording in enumerate(recordings, start=1):
             check_finite(recording.name, recording.time_s, recording.data)
             _write_flight(flights.create_group(f"{number:06d}"), recording)
-    hdf5.seal(path)
+    hdf5.add_checksum(path)
 
 
 def _write_flight(group: "h5py.Group", recording: FlightTable) -> None:
@@ -249,7 +249,7 @@ def read(path: Path, names: Iterable[str] | None = None) -> tuple[StoredFlight, 
         if not files:
             msg = f"{path}: this folder has no recording (*.h5)"
             raise RequestError(msg)
-        vetting.vet_many(files)
+        inspection.inspect_many(files)
         found = [flight for file in files for flight in _read_file(file, names)]
     else:
         found = _read_file(path, names)
@@ -261,7 +261,7 @@ def read(path: Path, names: Iterable[str] | None = None) -> tuple[StoredFlight, 
 
 
 def _read_file(path: Path, names: Iterable[str] | None) -> list[StoredFlight]:
-    with hdf5.open_careful(path) as root:
+    with hdf5.open_untrusted(path) as root:
         wanted = None if names is None else set(names)
         return [read_flight(group) for group in flight_groups(root) if wanted is None or flight_name(group) in wanted]
 
@@ -296,7 +296,7 @@ def read_one(path: Path, name: str | None = None) -> StoredFlight:
 
 def read_number(path: Path, number: int) -> StoredFlight:
     """Read one flight by its number in the file, from 0; see ``read`` for what it raises."""
-    with hdf5.open_careful(path) as root:
+    with hdf5.open_untrusted(path) as root:
         return read_flight(flight_groups(root)[number])
 
 

@@ -1,4 +1,4 @@
-"""Verification of a recording file, by its checksums and by the table of columns."""
+"""Whether a file is what magsim wrote: against its checksums and against the table of columns."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from magsim import columns
 from magsim.errors import DataError
 from magsim.recording import file
 from magsim.storage import hdf5
-from magsim.storage.seal import seal_state
+from magsim.storage.checksum import checksum_state
 
 _DETAILS = {"column_units": "unit", "column_frames": "frame", "column_meanings": "meaning"}
 _MOST = 20
@@ -44,7 +44,7 @@ def verify(path: Path) -> Verified:
     """Check a recording file in every byte.
 
     The checksum at its end is that of all bytes before it, so that any change is found; the checksums of the data sets
-    show where. Names, units, frames, meanings, shapes and types are compared with the table of columns of this version.
+    tell where. Names, units, frames, meanings, shapes and types are held against the table of columns of this version.
 
     Parameters
     ----------
@@ -61,11 +61,11 @@ def verify(path: Path) -> Verified:
     DataError
         If anything differs: one line for each difference.
     """
-    state = seal_state(path)
-    differences = [] if state.kind == "good" else [f"{path}: {state.why}"]
+    state = checksum_state(path)
+    differences = [] if state.kind == "good" else [f"{path}: {state.reason}"]
     names, rows, widest = [], 0, 0
     try:
-        with hdf5.open_careful(path, whatever_the_seal=True) as root:
+        with hdf5.open_untrusted(path, ignore_checksum=True) as root:
             summed = root.attributes().get("schema_version") != 1
             for group in file.flight_groups(root):
                 try:
@@ -87,7 +87,7 @@ def verify(path: Path) -> Verified:
 
 
 def _differences(group: hdf5.Reader, *, summed: bool) -> Iterator[str]:
-    """Describe what differs in one flight, in words that follow its name."""
+    """What differs in one flight, in words that follow its name."""
     present = group.names()
     known = {columns.TIME, "texts", *columns.ROLES, *(f"{role}_channel" for role in columns.ROLES)}
     for name in present:
@@ -108,21 +108,21 @@ def _differences(group: hdf5.Reader, *, summed: bool) -> Iterator[str]:
 
 
 def _sum_differs(group: hdf5.Reader, name: str, *, kind: str, ndim: int) -> Iterator[str]:
-    recorded = group.text_attribute(name, file.CHECKSUM)
-    if recorded is None:
+    told = group.text_attribute(name, file.CHECKSUM)
+    if told is None:
         yield f"{name} has no attribute {file.CHECKSUM}"
-    elif recorded != file.checksum(np.asarray(group.array(name, kind=kind, ndim=ndim))):
+    elif told != file.checksum(np.asarray(group.array(name, kind=kind, ndim=ndim))):
         yield f"the values of {name} are not those that were written (its checksum differs)"
 
 
 def _details_differ(group: hdf5.Reader, role: str) -> Iterator[str]:
     names = [name.decode("utf-8", "replace") for name in group.array(f"{role}_channel", kind="S", ndim=1).tolist()]
     for attribute, detail in _DETAILS.items():
-        texts = group.texts_attribute(role, attribute)
-        if len(texts) != len(names):
-            yield f"{role} has {len(names)} columns, but attribute {attribute} has {len(texts)} entries"
+        told = group.texts_attribute(role, attribute)
+        if len(told) != len(names):
+            yield f"{role} has {len(names)} columns, but attribute {attribute} has {len(told)} entries"
             continue
-        for name, text in zip(names, texts, strict=True):
+        for name, text in zip(names, told, strict=True):
             family = columns.find(name)
             if family is not None and getattr(family, detail) != text:
                 yield f"column {name} has {detail} {text[:60]!a}; the table of columns has {getattr(family, detail)!a}"

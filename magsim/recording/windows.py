@@ -9,7 +9,7 @@ import numpy as np
 from magsim import columns
 from magsim.errors import RequestError
 from magsim.recording import file
-from magsim.storage import hdf5, vetting
+from magsim.storage import hdf5, inspection
 
 
 class Windows:
@@ -56,10 +56,10 @@ class Windows:
         flights: list[str] = []
         self._blocks: list[np.ndarray] = []
         block_of, first_of, count_of = [], [], []
-        vetting.vet_many(files)
+        inspection.inspect_many(files)
         for path in files:
             mapped = None
-            with hdf5.open_careful(path) as root:
+            with hdf5.open_untrusted(path) as root:
                 for group in file.flight_groups(root):
                     if mapped is None:
                         mapped = np.memmap(path, dtype=np.uint8, mode="r")

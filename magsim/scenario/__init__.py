@@ -8,30 +8,21 @@ file and line. Limits that belong to the aircraft are checked in the same pass: 
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts
 from magsim.scenario.electronics import Electronics
 from magsim.scenario.flaps import FlapMove
-from magsim.scenario.geology import (
-    Crust,
-    DipoleTarget,
-    PrismTarget,
-    SphereTarget,
-    Target,
-    shortest_crust_m,
-)
+from magsim.scenario.geology import Crust, DipoleTarget, PrismTarget, SphereTarget, Target
 from magsim.scenario.instruments import (
     Barometer,
     BaseStation,
     Cabin,
-    Clock,
     Electrical,
     FluxgateSensor,
     Ins,
+    InstrumentClock,
     Radar,
     ScalarSensor,
     Sensor,
     Sensors,
 )
-from magsim.scenario.loaded import LoadedScenario, load_scenario
-from magsim.scenario.loading import Loading
-from magsim.scenario.maneuvers import Combined, Maneuver, PhasedSwing, Planned, Swing, Train, schedule
+from magsim.scenario.maneuvers import Combined, Maneuver, Oscillation, PhasedOscillation, Train
 from magsim.scenario.patterns import (
     LEGS,
     Box,
@@ -43,27 +34,23 @@ from magsim.scenario.patterns import (
     HeadingCross,
     LegPattern,
     PatternBase,
+    PatternSequence,
     Square,
     StraightLine,
-    Survey,
-    heights_of,
+    SurveyPattern,
     key_of,
-    legs_allowed,
-    needed_s,
     parts_of,
 )
-from magsim.scenario.patterns import (
-    Sequence as PatternSequence,
-)
-from magsim.scenario.physics import Earth, Eddy, Field_, Part
-from magsim.scenario.place import Place
+from magsim.scenario.payload import Loading
+from magsim.scenario.physics import Earth, EddyPart, FieldPart, FieldSettings
+from magsim.scenario.place import GroundPoint
 from magsim.scenario.start import FlightSettings, Start, Sway
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
 from magsim.scenario.tow import Gusts, Tow, TowBody, TowRope
-from magsim.scenario.track import Track
+from magsim.scenario.track import TrackPattern
 from magsim.scenario.tracklog import TrackLog
 from magsim.scenario.variation import Variation
-from magsim.scenario.whole import RecordingSettings, Scenario
+from magsim.scenario.whole import Pattern, RecordingSettings, Scenario
 
 __all__ = [
     "LEGS",
@@ -73,17 +60,17 @@ __all__ = [
     "Box",
     "Cabin",
     "Centered",
-    "Clock",
     "Cloverleaf",
     "Combined",
     "Crust",
     "Diamond",
     "DipoleTarget",
     "Earth",
-    "Eddy",
+    "EddyPart",
     "Electrical",
     "Electronics",
-    "Field_",
+    "FieldPart",
+    "FieldSettings",
     "FlapMove",
     "FlatTerrain",
     "FlightSettings",
@@ -92,23 +79,22 @@ __all__ = [
     "FomPeakToPeak",
     "FractalTerrain",
     "GridTerrain",
+    "GroundPoint",
     "Gust",
     "Gusts",
     "HeadingCross",
     "Ins",
+    "InstrumentClock",
     "LegPattern",
     "LinearShear",
-    "LoadedScenario",
     "Loading",
     "LogShear",
     "Maneuver",
-    "Part",
+    "Oscillation",
     "Pattern",
     "PatternBase",
     "PatternSequence",
-    "PhasedSwing",
-    "Place",
-    "Planned",
+    "PhasedOscillation",
     "PrismTarget",
     "Radar",
     "RandomGusts",
@@ -121,25 +107,18 @@ __all__ = [
     "Square",
     "Start",
     "StraightLine",
-    "Survey",
+    "SurveyPattern",
     "Sway",
-    "Swing",
     "Target",
     "Terrain",
     "Tow",
     "TowBody",
     "TowRope",
-    "Track",
     "TrackLog",
+    "TrackPattern",
     "Train",
     "Variation",
     "ground_of",
-    "heights_of",
     "key_of",
-    "legs_allowed",
-    "load_scenario",
-    "needed_s",
     "parts_of",
-    "schedule",
-    "shortest_crust_m",
 ]

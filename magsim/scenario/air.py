@@ -5,7 +5,6 @@ start; shear says what it is at other heights.
 """
 
 import math
-from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
@@ -15,9 +14,6 @@ from magsim.scenario.base import NonNegative, Positive
 from magsim.scenario.start import Start
 
 Wind = Annotated[float, Field(ge=-100.0, le=100.0)]
-
-REACH_M = 200.0
-"""Heights this far from the start's are taken for flown when the wind is held against the airspeed."""
 
 
 class LinearShear(Strict):
@@ -119,38 +115,3 @@ def wind_at(air: Air, start: Start, alt_m: float, ground_m: float = 0.0) -> tupl
         factor = log_factor(alt_m - ground_m, air.shear) / log_factor(start.alt_m - ground_m, air.shear)
         return north * factor, east * factor
     return north, east
-
-
-def check_wind(air: Air, start: Start, also_m: Sequence[float] = ()) -> Iterator[tuple[str, str]]:
-    """The wind must leave a motion over ground on every course, at the start's height and at others."""
-    flown = (start.alt_m, *also_m)
-    heights = (*flown, max(0.0, min(flown) - REACH_M), max(flown) + REACH_M)
-    steady, height = max((math.hypot(*wind_at(air, start, height)), height) for height in heights)
-    at_start = math.hypot(*air.wind_mps)
-    gust = air.strongest_gust_mps()
-    if at_start >= start.speed_mps:
-        what = f"a wind of {at_start:g} m/s"
-    elif steady >= start.speed_mps:
-        what = f"a wind that shear brings to {steady:.1f} m/s at {height:g} m"
-    elif steady + gust >= start.speed_mps:
-        what = f"a wind of {steady:.1f} m/s with gusts of {gust:.1f} m/s"
-    else:
-        return
-    key = "wind_north_mps" if abs(air.wind_north_mps) >= abs(air.wind_east_mps) else "wind_east_mps"
-    if at_start < start.speed_mps:
-        key = "shear" if steady >= start.speed_mps else "gusts" if air.gusts else "random_gusts"
-    limit = f"allowed: together less than {start.speed_mps:g}"
-    yield key, f"{what} is no slower than the airspeed of {start.speed_mps:g} m/s; {limit}"
-
-
-def check_still(air: Air, name: str) -> Iterator[tuple[str, str]]:
-    """What the air of a kinematic carrier cannot have: it moves with the steady wind alone."""
-    moving = {
-        "turbulence_severity": air.turbulence_severity != 0,
-        "gusts": bool(air.gusts),
-        "random_gusts": air.random_gusts is not None,
-    }
-    for key, there in moving.items():
-        if there:
-            text = f"{name} is kinematic, no gust moves it; allowed: steady wind and shear, flight.sway and tow.gusts"
-            yield key, text

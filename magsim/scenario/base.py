@@ -1,30 +1,28 @@
 """What the models of a scenario share."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field, ValidationInfo
 
+from magsim.aircraft import Aircraft, Bird
 from magsim.config import Strict
-
-if TYPE_CHECKING:
-    from magsim.aircraft import Aircraft, Bird
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 
 
-class Part(Strict):
+class FieldPart(Strict):
     """A part of the aircraft's field that can be switched and scaled."""
 
     enabled: bool = True
     scale: float = Field(default=1.0, ge=-1000.0, le=1000.0)
 
 
-def aircraft_of(info: ValidationInfo) -> "Aircraft | None":
+def aircraft_of(info: ValidationInfo) -> Aircraft | None:
     """The aircraft that a scenario is checked against, if it is known."""
     return (info.context or {}).get("aircraft")
 
 
-def bird_of(info: ValidationInfo) -> "Bird | None":
+def bird_of(info: ValidationInfo) -> Bird | None:
     """The bird that a scenario is checked against, if there is one and it is known."""
     return (info.context or {}).get("bird")

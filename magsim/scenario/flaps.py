@@ -1,18 +1,14 @@
 """Flaps that move in flight: when, and how far."""
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from pydantic import Field, model_validator
 
+from magsim.aircraft import Aircraft
 from magsim.config import Strict
 from magsim.earth.atmosphere import standard_density
 from magsim.scenario.base import NonNegative
 from magsim.units import RHO0
-
-if TYPE_CHECKING:
-    from magsim.aircraft import Aircraft
 
 
 class FlapMove(Strict):
@@ -39,7 +35,7 @@ class FlapMove(Strict):
         return f"{self.deflection_deg:g} deg at {when}" + (f" and {self.after_s:g} s" if self.after_s else "")
 
 
-def flap_problem(aircraft: "Aircraft", flap_deg: float, speed_mps: float | None, alt_m: float | None) -> str:
+def flap_problem(aircraft: Aircraft, flap_deg: float, speed_mps: float | None, alt_m: float | None) -> str:
     """What is wrong with flaps at a true airspeed and a height, or nothing; unknown speeds are not checked."""
     flap = aircraft.facts.flap
     if flap is None:
@@ -58,35 +54,3 @@ def flap_problem(aircraft: "Aircraft", flap_deg: float, speed_mps: float | None,
         f"{flap_deg:g} deg of flap at {speed_mps:g} m/s, {indicated:.1f} m/s indicated; allowed at this deflection: "
         f"up to {limit:g} indicated"
     )
-
-
-def check_moves(
-    moves: tuple[FlapMove, ...],
-    aircraft: "Aircraft | None",
-    *,
-    speed_mps: float,
-    alt_m: float,
-    circuits: int,
-    legs: int,
-) -> Iterator[tuple[str, str]]:
-    """Problems of flap moves: key within ``flight``, and text.
-
-    Parameters
-    ----------
-    moves : tuple of FlapMove
-    aircraft : Aircraft, optional
-    speed_mps, alt_m : float
-        True airspeed and least height of the flight.
-    circuits, legs : int
-        Circuits of the flight, and legs of the circuit that has most.
-    """
-    for i, move in enumerate(moves):
-        text = flap_problem(aircraft, move.deflection_deg, speed_mps, alt_m) if aircraft else ""
-        if aircraft and aircraft.facts.flap is None:
-            text = f"{aircraft.name} has no flaps; allowed: none"
-        if text:
-            yield f"flaps[{i}].deflection_deg", text
-        if move.leg is not None and move.circuit > circuits:
-            yield f"flaps[{i}].circuit", f"{move.circuit} is not flown; allowed: 1 to {circuits}"
-        if move.leg is not None and move.leg > legs:
-            yield f"flaps[{i}].leg", f"{move.leg} is not flown; allowed: 1 to {legs}"

@@ -1,17 +1,12 @@
 """What lies in the ground: the crust's random field, and bodies at known places."""
 
-import math
-from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator, model_validator
 
 from magsim.config import Name, Strict, Vector
-from magsim.scenario.air import REACH_M, Air, wind_at
 from magsim.scenario.base import NonNegative, Positive
-from magsim.scenario.place import HOW_TO_TELL, Place
-from magsim.scenario.start import Start
-from magsim.signals import BAND_HZ
+from magsim.scenario.place import HOW_TO_TELL, GroundPoint
 
 
 class Crust(Strict):
@@ -51,75 +46,49 @@ class Crust(Strict):
         return value
 
 
-def slowest_mps(start: Start, air: Air) -> float:
-    """Slowest speed over ground that the airspeed and the steady wind make [m/s]."""
-    heights = (start.alt_m, max(0.0, start.alt_m - REACH_M), start.alt_m + REACH_M)
-    return start.speed_mps - max(math.hypot(*wind_at(air, start, height)) for height in heights)
-
-
-def shortest_crust_m(crust: Crust, start: Start, air: Air) -> float:
-    """Shortest wavelength of the crust [m]: as set, or what the slowest speed turns into the top of the band."""
-    return slowest_mps(start, air) / BAND_HZ[1] if crust.shortest_m is None else crust.shortest_m
-
-
-def check_crust(crust: Crust, start: Start, air: Air) -> Iterator[tuple[str, str]]:
-    """There must be geology in the whole compensation band."""
-    slowest = slowest_mps(start, air)
-    most = slowest / BAND_HZ[1]
-    if crust.shortest_m is None:
-        if most >= crust.longest_m:
-            yield "longest_m", f"{crust.longest_m:g} is not above the shortest wavelength, {most:.1f} m"
-    elif crust.shortest_m > most * (1.0 + 1e-9) and not crust.allow_smooth:
-        text = (
-            f"{crust.shortest_m:g} m leaves the top of the compensation band, {BAND_HZ[1]:g} Hz, without geology: the "
-            f"slowest speed over ground is {slowest:.4g} m/s; allowed: up to {most:.4g}, or with allow_smooth = true"
-        )
-        yield "shortest_m", text
-
-
-class Body(Place):
+class BuriedBody(GroundPoint):
     """A magnetic body in the ground."""
 
     name: Name
     depth_m: float = Field(ge=-100.0, le=20_000.0, description="of its center below the ground; negative is above it")
 
     @model_validator(mode="after")
-    def _somewhere(self) -> "Body":
+    def _somewhere(self) -> "BuriedBody":
         if not self.told:
             msg = f"no place is told; allowed: {HOW_TO_TELL}"
             raise ValueError(msg)
         return self
 
 
-class DipoleTarget(Body):
+class DipoleTarget(BuriedBody):
     """A body so small that its place is a point."""
 
     kind: Literal["dipole"] = "dipole"
     moment_am2: Vector = Field(description="magnetic moment, north, east, down")
 
 
-class Magnetized(Body):
+class MagnetizedBody(BuriedBody):
     """A body of rock."""
 
     susceptibility: float = Field(default=0.0, ge=0.0, le=20.0, description="volume, SI; in the main field there")
     remanence_apm: Vector = Field(default=(0.0, 0.0, 0.0), description="remanent magnetization, north, east, down")
 
     @model_validator(mode="after")
-    def _magnetic(self) -> "Magnetized":
+    def _magnetic(self) -> "MagnetizedBody":
         if self.susceptibility == 0.0 and not any(self.remanence_apm):
             msg = f"{self.name} is not magnetic; allowed: a susceptibility above 0, a remanence_apm, or both"
             raise ValueError(msg)
         return self
 
 
-class SphereTarget(Magnetized):
+class SphereTarget(MagnetizedBody):
     """A sphere: outside, exactly a dipole."""
 
     kind: Literal["sphere"] = "sphere"
     radius_m: Positive = Field(le=5000.0)
 
 
-class PrismTarget(Magnetized):
+class PrismTarget(MagnetizedBody):
     """A rectangular prism with a level top, magnetized uniformly."""
 
     kind: Literal["prism"] = "prism"
@@ -133,11 +102,3 @@ class PrismTarget(Magnetized):
 
 
 Target = Annotated[DipoleTarget | SphereTarget | PrismTarget, Discriminator("kind")]
-
-
-def check_targets(targets: Sequence[Target]) -> Iterator[tuple[str, str]]:
-    """Names tell bodies apart in messages."""
-    names = [target.name for target in targets]
-    for i, name in enumerate(names):
-        if name in names[:i]:
-            yield f"[{i}].name", f"{name!r} is the name of another target, too; allowed: names that differ"

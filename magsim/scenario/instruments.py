@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 
 from magsim.config import Name, Strict, Vector
 from magsim.scenario.base import NonNegative, Positive, aircraft_of, bird_of
-from magsim.scenario.place import Place
+from magsim.scenario.place import GroundPoint
 
 Heading = Annotated[float, Field(ge=-100.0, le=100.0)]
 
@@ -114,7 +114,7 @@ class Sensor(Strict):
         return value
 
 
-class Clock(Strict):
+class InstrumentClock(Strict):
     """When the values were taken that a row says: ``t - skew_s - drift_ppm 1e-6 t - jitter`` for the tag ``t``."""
 
     skew_s: float = Field(default=0.0, ge=-0.5, le=0.5, description="how late the reading is; labels are at the tag")
@@ -122,7 +122,7 @@ class Clock(Strict):
     drift_ppm: float = Field(default=0.0, ge=-200.0, le=200.0, description="growth of the lateness, microseconds a s")
 
 
-class Preset(Strict):
+class PresetTable(Strict):
     """A table whose ``preset`` names values for the keys that it leaves out."""
 
     @model_validator(mode="before")
@@ -133,7 +133,7 @@ class Preset(Strict):
         return value
 
 
-class ScalarSensor(Sensor, Clock, Preset):
+class ScalarSensor(Sensor, InstrumentClock, PresetTable):
     """A total-field magnetometer: docs/instruments.md."""
 
     preset: Literal["cs_vapor"] | None = None
@@ -176,7 +176,7 @@ class ScalarSensor(Sensor, Clock, Preset):
         return self.dead_polar_deg > 0.0 or self.dead_equator_deg > 0.0 or self.range_nt is not None
 
 
-class FluxgateSensor(Sensor, Clock, Preset):
+class FluxgateSensor(Sensor, InstrumentClock, PresetTable):
     """A three-axis fluxgate: docs/instruments.md."""
 
     preset: Literal["fluxgate_survey"] | None = None
@@ -204,7 +204,7 @@ class Cabin(Strict):
     wander_s: Positive = Field(default=300.0, description="correlation time of the wander")
 
 
-class Ins(Clock, Preset):
+class Ins(InstrumentClock, PresetTable):
     """Inertial navigation: bias, Gauss-Markov drift and a little white noise on each channel.
 
     Attitude, position and velocity are what it computes; ``acc`` and ``rate`` what its accelerometers and gyros read.
@@ -237,7 +237,7 @@ class Ins(Clock, Preset):
 Qnh = Annotated[float, Field(ge=85_000.0, le=110_000.0)]
 
 
-class Barometer(Clock):
+class Barometer(InstrumentClock):
     """A barometer: static pressure, and the height of the standard atmosphere that belongs to it."""
 
     qnh_pa: Qnh = Field(default=101_325.0, description="pressure of the day at the sea")
@@ -250,7 +250,7 @@ class Barometer(Clock):
     step_pa: NonNegative = Field(default=0.0, le=1000.0, description="least count; 0: none")
 
 
-class Radar(Clock):
+class Radar(InstrumentClock):
     """A radar altimeter: height above the ground below, with noise, -1 where no echo is heard."""
 
     noise_m: NonNegative = Field(default=0.3, description="white, each row")
@@ -261,7 +261,7 @@ class Radar(Clock):
     )
 
 
-class BaseStation(Place):
+class BaseStation(GroundPoint):
     """A scalar magnetometer that stays on the ground; without a place it stands at the start point."""
 
     name: Name = "ground"
@@ -273,8 +273,8 @@ class BaseStation(Place):
     drift_ppm: float = Field(default=0.0, ge=-200.0, le=200.0, description="growth of the delay, microseconds a s")
 
 
-class Electrical(Clock):
-    """Current sensors of all circuits and voltmeters of all buses that the aircraft's file names."""
+class Electrical(InstrumentClock):
+    """Current sensors of all feeders and voltmeters of all buses that the aircraft's file names."""
 
     enabled: bool = Field(default=True, description="false: currents flow, nobody records them")
     current_noise_a_rthz: NonNegative = Field(default=0.002, description="white noise density")

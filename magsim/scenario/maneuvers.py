@@ -1,24 +1,17 @@
 """Maneuvers: trains of sine swings on one axis or on several at once, and when each is flown on its leg."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
+from magsim.aircraft import Aircraft
 from magsim.config import Numbers, Strict
 from magsim.scenario.base import NonNegative, aircraft_of
 
-if TYPE_CHECKING:
-    from magsim.aircraft import Aircraft
-    from magsim.scenario.patterns import PatternBase
-
 Axis = Literal["pitch", "roll", "yaw"]
 
-CENTER_MARGIN_S = 2.0
-"""Added to the quiet around a center when a leg is planned: its time is foreseen from the steady wind."""
 
-
-def check_amplitude(axis: str | None, value: float, aircraft: "Aircraft | None") -> None:
+def check_amplitude(axis: str | None, value: float, aircraft: Aircraft | None) -> None:
     """Raise a ValueError where an aircraft cannot swing so far.
 
     Parameters
@@ -46,7 +39,7 @@ def check_period(value: float) -> None:
         raise ValueError(msg)
 
 
-class Swing(Strict):
+class Oscillation(Strict):
     """A sine on one axis.
 
     ``amplitude_deg`` (half of peak to peak) and ``period_s`` take one number, or a list that is gone through leg
@@ -93,11 +86,11 @@ class TrainBase(Strict):
     )
 
 
-class Train(Swing, TrainBase):
+class Train(Oscillation, TrainBase):
     """A train of sine maneuvers on one axis, flown once on each leg."""
 
     @property
-    def swings(self) -> tuple[Swing, ...]:
+    def swings(self) -> tuple[Oscillation, ...]:
         """The one swing of the train."""
         return (self,)
 
@@ -106,7 +99,7 @@ class Train(Swing, TrainBase):
         return self.cycles * self.period(index)
 
 
-class PhasedSwing(Swing):
+class PhasedOscillation(Oscillation):
     """One axis of a combined maneuver."""
 
     phase_deg: float = Field(default=0.0, ge=0.0, lt=360.0, description="lag behind the train, in its own period")
@@ -123,18 +116,18 @@ class Combined(TrainBase):
     """
 
     axis: Literal["combined"]
-    swings: Annotated[tuple[PhasedSwing, ...], Field(strict=False, min_length=2, max_length=3)]
+    swings: Annotated[tuple[PhasedOscillation, ...], Field(strict=False, min_length=2, max_length=3)]
 
     @field_validator("swings")
     @classmethod
-    def _one_each(cls, swings: tuple[PhasedSwing, ...]) -> tuple[PhasedSwing, ...]:
+    def _one_each(cls, swings: tuple[PhasedOscillation, ...]) -> tuple[PhasedOscillation, ...]:
         axes = [swing.axis for swing in swings]
         if len(set(axes)) < len(axes):
             msg = f"{', '.join(axes)}: an axis is given twice; allowed: pitch, roll and yaw, each once"
             raise ValueError(msg)
         return swings
 
-    def cycles_of(self, swing: Swing, index: int) -> int:
+    def cycles_of(self, swing: Oscillation, index: int) -> int:
         """Whole cycles that one of the swings flies."""
         longest = max(other.period(index) for other in self.swings)
         return max(1, int(self.cycles * longest / swing.period(index) + 1e-9))
@@ -145,65 +138,3 @@ class Combined(TrainBase):
 
 
 Maneuver = Annotated[Train | Combined, Discriminator("axis")]
-
-
-@dataclass(frozen=True)
-class Planned:
-    """A swing on the clock of its leg."""
-
-    train: int
-    """Number of its train on the leg."""
-    axis: str
-    start_s: float
-    period_s: float
-    cycles: int
-    amplitude_deg: float
-    ease_in_s: float
-    ease_out_s: float
-
-
-def schedule(pattern: "PatternBase", index: int, leg_s: float) -> tuple[list[Planned], float]:
-    """Swings of a leg, in the order in which they begin to rise, and the end of the last one [s].
-
-    Parameters
-    ----------
-    pattern : PatternBase
-    index : int
-        Of the leg, counted from 0 over the pattern.
-    leg_s : float
-        Time that the leg takes. Where a pattern keeps quiet around the center of its legs, a train that would reach
-        into the quiet is flown after it.
-    """
-    trains, out, time, end = pattern.maneuvers, [], pattern.lead_s, 0.0
-    middle, quiet = 0.5 * leg_s, pattern.quiet_around_center_s
-    for i, train in enumerate(trains):
-        before = trains[i - 1].rest_s if i else pattern.lead_s
-        after = train.rest_s
-        # One generator serves an axis: two trains that share one halve the rest between them.
-        if i and _share(trains[i - 1], train):
-            before *= 0.5
-        if i + 1 < len(trains) and _share(train, trains[i + 1]):
-            after *= 0.5
-        length = train.length(index)
-        longest = train.envelope_cycles * max(swing.period(index) for swing in train.swings)
-        if quiet is not None:
-            reach = quiet + CENTER_MARGIN_S
-            rise, fall = min(longest, before), min(longest, after)
-            if time - rise < middle + reach and time + length + fall > middle - reach:
-                time, before = middle + reach + rise, rise
-        for swing in train.swings:
-            period = swing.period(index)
-            ease = train.envelope_cycles * period
-            lag = swing.lag(index) if isinstance(swing, PhasedSwing) else 0.0
-            cycles = train.cycles_of(swing, index) if isinstance(train, Combined) else train.cycles
-            eases = min(ease, before), min(ease, after)
-            out.append(Planned(i, swing.axis, time + lag, period, cycles, swing.amplitude(index), *eases))
-        end = time + length
-        time = end + train.rest_s
-    out.sort(key=lambda planned: planned.start_s - planned.ease_in_s)
-    return out, end
-
-
-def _share(one: Train | Combined, other: Train | Combined) -> bool:
-    """Whether two trains swing one axis."""
-    return bool({swing.axis for swing in one.swings} & {swing.axis for swing in other.swings})

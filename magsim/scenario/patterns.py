@@ -1,19 +1,13 @@
 """Patterns of legs: where they lie, and what is flown on them. ``docs/patterns.md`` draws them."""
 
-import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
 from magsim.config import Strict
 from magsim.scenario.base import NonNegative, aircraft_of
-from magsim.scenario.maneuvers import Combined, Maneuver, Swing, Train, check_amplitude, check_period, schedule
+from magsim.scenario.maneuvers import Maneuver, Train, check_amplitude, check_period
 from magsim.scenario.start import Start
-from magsim.units import G0
-
-if TYPE_CHECKING:
-    from magsim.aircraft import Aircraft
 
 LEGS = 4
 """Legs of one circuit, and passes of a cloverleaf."""
@@ -243,7 +237,7 @@ class StraightLine(Maneuvering):
         return 1
 
 
-class Survey(PatternBase):
+class SurveyPattern(PatternBase):
     """Parallel lines flown to and fro, then tie lines across them; level, or draped over the ground.
 
     The first line begins at the pattern's origin on its course; the next lie beside it on the side that ``turn`` names.
@@ -298,11 +292,12 @@ class Survey(PatternBase):
 
 
 LegPattern = Annotated[
-    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | Survey, Discriminator("kind")
+    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | SurveyPattern,
+    Discriminator("kind"),
 ]
 
 
-class Sequence(Strict):
+class PatternSequence(Strict):
     """Patterns one after another, joined by flown transits; their circuits are counted on."""
 
     kind: Literal["sequence"] = "sequence"
@@ -319,170 +314,11 @@ class Sequence(Strict):
         return max(part.legs for part in self.parts)
 
 
-def parts_of(pattern: PatternBase | Sequence) -> tuple[PatternBase, ...]:
+def parts_of(pattern: PatternBase | PatternSequence) -> tuple[PatternBase, ...]:
     """Parts of a sequence; another pattern is its own only part."""
-    return pattern.parts if isinstance(pattern, Sequence) else (pattern,)
+    return pattern.parts if isinstance(pattern, PatternSequence) else (pattern,)
 
 
-def key_of(pattern: PatternBase | Sequence, number: int) -> str:
+def key_of(pattern: PatternBase | PatternSequence, number: int) -> str:
     """Key path of a part in a scenario."""
-    return f"pattern.parts[{number}]" if isinstance(pattern, Sequence) else "pattern"
-
-
-def heights_of(pattern: PatternBase | Sequence, start: Start) -> tuple[float, ...]:
-    """Heights of the level parts of a flight, with that of the start [m]."""
-    heights = [part.height_m(start.alt_m) for part in parts_of(pattern)]
-    return (start.alt_m, *(height for height in heights if height is not None))
-
-
-def check_pattern(
-    pattern: PatternBase | Sequence, start: Start, aircraft: "Aircraft | None"
-) -> Iterator[tuple[str, str]]:
-    """Problems of a pattern: key within it, and text."""
-    for number, part in enumerate(parts_of(pattern)):
-        prefix = f"parts[{number}]." if isinstance(pattern, Sequence) else ""
-        if not number and part.alt_m not in (None, start.alt_m):
-            text = f"{part.alt_m:g} m, but the flight begins with this pattern; allowed: start.alt_m, {start.alt_m:g}"
-            yield prefix + "alt_m", text
-        for check in (check_course(part, start), check_fit(part, start), check_loads(part, start, aircraft)):
-            for key, text in check:
-                yield prefix + key, text
-
-
-def check_surveys(pattern: PatternBase | Sequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
-    """Tie lines must cross the lines; a drape needs the ground."""
-    for number, part in enumerate(parts_of(pattern)):
-        if not isinstance(part, Survey):
-            continue
-        prefix = f"parts[{number}]." if isinstance(pattern, Sequence) else ""
-        span = (part.ties - 1) * part.tie_spacing_m
-        if span > part.line_m:
-            text = (
-                f"{part.ties} tie lines {part.tie_spacing_m:g} m apart take {span:g} m, more than a line of "
-                f"{part.line_m:g} m; allowed: fewer or closer tie lines"
-            )
-            yield f"{prefix}tie_spacing_m", text
-        if part.ties and part.tie_m < 100.0:
-            text = f"tie lines would be {part.tie_m:g} m long; allowed: at least 100, by overlap or more lines"
-            yield f"{prefix}tie_overlap_m", text
-        if part.drape_m is not None and not has_ground:
-            yield f"{prefix}drape_m", "a drape needs the ground; allowed: with a table [terrain]"
-        if part.drape_m is not None and part.alt_m is not None:
-            yield f"{prefix}alt_m", "a draped survey follows the ground; allowed: drape_m or alt_m"
-
-
-def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
-    """A pattern that is named after its headings must have them."""
-    course = pattern.course(start)
-    if pattern.courses_deg is not None:
-        step, first = pattern.courses_deg
-        if (course - first) % step:
-            allowed = ", ".join(f"{first + i * step:g}" for i in range(round(360.0 / step)))
-            text = (
-                f"the first leg of a {pattern.kind} cannot have the course {course:g} deg (start.heading_deg, or "
-                f"heading_deg of the pattern); allowed: {allowed}"
-            )
-            yield "heading_deg", text
-
-
-def check_fit(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
-    """Maneuvers must fit into the legs."""
-    for leg in range(pattern.legs * pattern.circuits):
-        available = pattern.leg_m / start.speed_mps
-        needed = needed_s(pattern, leg, available)
-        if needed > available:
-            text = (
-                f"leg {leg + 1} needs {needed:.0f} s for its maneuvers, but a leg of {pattern.leg_m:g} m takes "
-                f"{available:.0f} s at {start.speed_mps:g} m/s; {legs_allowed(pattern, start.speed_mps)}"
-            )
-            yield "maneuvers" if isinstance(pattern, Maneuvering) else "leg_m", text
-            return
-
-
-def needed_s(pattern: PatternBase, index: int, leg_s: float) -> float:
-    """Time that the maneuvers of a leg take from its beginning, with the rest after the last [s]."""
-    _, end = schedule(pattern, index, leg_s)
-    return end + pattern.maneuvers[-1].rest_s if pattern.maneuvers else pattern.lead_s
-
-
-def shortest_leg_m(pattern: PatternBase, speed_mps: float) -> float | None:
-    """Length that every leg must have for its maneuvers at a speed over ground, in steps of 10 m; None if none does."""
-    legs = range(pattern.legs * min(pattern.circuits, 25))
-
-    def needed_m(length: float) -> float:
-        return max(needed_s(pattern, leg, length / speed_mps) for leg in legs) * speed_mps
-
-    short, length = 0.0, pattern.leg_m
-    while (needed := needed_m(length)) > length + 1e-6:
-        if length > 2.0 * LONGEST_LEG_M:
-            return None
-        # Trains that are flown after the center move with it, by half of what is added.
-        short, length = length, 10.0 * math.ceil(needed / 10.0 - 1e-9)
-    # A longer leg may hold a train before its center, and need less: what fits in one length fits in every longer one.
-    while short and length - short > 10.0:
-        middle = 10.0 * math.ceil(0.05 * (short + length))
-        if middle >= length:
-            break
-        if needed_m(middle) <= middle + 1e-6:
-            length = middle
-        else:
-            short = middle
-    return length
-
-
-def legs_allowed(pattern: PatternBase, speed_mps: float) -> str:
-    """How long the legs must be, in words."""
-    length = shortest_leg_m(pattern, speed_mps)
-    if length is None:
-        return "allowed: shorter trains"
-    if isinstance(pattern, Cloverleaf):
-        return f"allowed: leaf_m of at least {0.5 * length:g}, or shorter trains"
-    return f"allowed: leg_m of at least {length:g}, or shorter trains"
-
-
-def check_loads(pattern: PatternBase, start: Start, aircraft: "Aircraft | None") -> Iterator[tuple[str, str]]:
-    """Pitch maneuvers must stay within the load factors of crew and airframe: 1 g +- V A omega / g."""
-    if aircraft is None:
-        return
-    for number, train in enumerate(pattern.maneuvers):
-        for place, swing in enumerate(train.swings):
-            if swing.axis != "pitch":
-                continue
-            legs = range(pattern.legs * pattern.circuits)
-            worst = max(legs, key=lambda leg, swing=swing: swing.amplitude(leg) / swing.period(leg))
-            text = _load(pattern, start, aircraft, swing, worst)
-            if text:
-                key = f"maneuvers[{number}]." + (f"swings[{place}]." if isinstance(train, Combined) else "")
-                yield f"{key}amplitude_deg" if isinstance(pattern, Maneuvering) else "pitch_deg", text
-
-
-def _load(pattern: PatternBase, start: Start, aircraft: "Aircraft", swing: Swing, leg: int) -> str:
-    """What is wrong with the load factor of a pitch swing, or nothing."""
-    amplitude, period = swing.amplitude(leg), swing.period(leg)
-    angular = start.speed_mps * math.radians(amplitude) * 2.0 * math.pi / G0
-    load = angular / period
-    said = (
-        f"{amplitude:g} deg of pitch in {period:g} s swings from {1.0 - load:.2f} to {1.0 + load:.2f} g at "
-        f"{start.speed_mps:g} m/s; allowed for"
-    )
-    limits = aircraft.limits
-    airframe = min(1.0 - limits.load_factor[0], limits.load_factor[1] - 1.0)
-    if load > airframe:
-        return (
-            f"{said} {aircraft.name}: {limits.load_factor[0]:g} to {limits.load_factor[1]:g} g (a period of at least "
-            f"{_up(angular / airframe):g} s, or a smaller amplitude)"
-        )
-    if limits.crew is None or pattern.allow_beyond_crew_g:
-        return ""
-    crew = min(1.0 - limits.crew[0], limits.crew[1] - 1.0)
-    if load > crew + 1e-9:
-        return (
-            f"{said} a crew: {limits.crew[0]:g} to {limits.crew[1]:g} g (a period of at least {_up(angular / crew):g} "
-            "s, a smaller amplitude, or allow_beyond_crew_g = true)"
-        )
-    return ""
-
-
-def _up(period_s: float) -> float:
-    """A period rounded up to a tenth."""
-    return math.ceil(10.0 * period_s - 1e-9) / 10.0
+    return f"pattern.parts[{number}]" if isinstance(pattern, PatternSequence) else "pattern"

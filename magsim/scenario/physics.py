@@ -6,7 +6,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.aircraft.magnetics import Surface
 from magsim.config import Strict
-from magsim.scenario.base import Part, aircraft_of
+from magsim.scenario.base import FieldPart, aircraft_of
 from magsim.scenario.electronics import Electronics
 from magsim.scenario.geology import Crust, Target
 from magsim.scenario.variation import Variation
@@ -21,7 +21,7 @@ class Earth(Strict):
     )
 
 
-class Eddy(Part):
+class EddyPart(FieldPart):
     """Eddy currents."""
 
     model: Literal["skin", "coils"] | None = Field(
@@ -39,7 +39,7 @@ class Eddy(Part):
         return value
 
 
-class Hinged(Part):
+class HingedPart(FieldPart):
     """Moments that turn with control surfaces."""
 
     at_rest: Annotated[tuple[Surface, ...], Field(strict=False)] = Field(
@@ -47,7 +47,7 @@ class Hinged(Part):
     )
 
 
-class Memory(Part):
+class MemoryPart(FieldPart):
     """Hysteresis and viscosity of the steel."""
 
     hysteresis: bool = True
@@ -58,29 +58,29 @@ class Memory(Part):
     )
 
 
-class Flex(Strict):
+class FlexPart(Strict):
     """Bending of the mounts that the aircraft file tells the modes of."""
 
     enabled: bool = False
     scale: float = Field(default=1.0, ge=0.0, le=1000.0)
 
 
-class Field_(Strict):
+class FieldSettings(Strict):
     """Which physics is on."""
 
     earth: Earth = Earth()
     crust: Crust | None = Field(default=None, description="random geology")
     targets: tuple[Target, ...] = Field(default=(), strict=False, max_length=200, description="bodies in the ground")
     variation: Variation | None = Field(default=None, description="daily variation, pulsations, drift")
-    permanent: Part = Part()
-    hinged: Hinged = Hinged()
-    propeller: Part = Part()
-    induced: Part = Part()
-    memory: Memory = Memory()
-    eddy: Eddy = Eddy()
-    flex: Flex = Flex()
+    permanent: FieldPart = FieldPart()
+    hinged: HingedPart = HingedPart()
+    propeller: FieldPart = FieldPart()
+    induced: FieldPart = FieldPart()
+    memory: MemoryPart = MemoryPart()
+    eddy: EddyPart = EddyPart()
+    flex: FlexPart = FlexPart()
     electronics: Electronics = Electronics()
-    carrier: Part = Field(default=Part(), description="of a carrier, in the bird that it tows")
+    carrier: FieldPart = Field(default=FieldPart(), description="of a carrier, in the bird that it tows")
 
     def is_on(self, name: str) -> bool:
         """Whether the part of that name is switched on; the main field always is."""

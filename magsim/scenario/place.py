@@ -7,7 +7,7 @@ from magsim.config import Strict
 HOW_TO_TELL = "either lat_deg and lon_deg, or north_m and east_m"
 
 
-class Place(Strict):
+class GroundPoint(Strict):
     """A place on the ground: latitude and longitude, or meters from the start point."""
 
     lat_deg: float | None = Field(default=None, ge=-90.0, le=90.0, description="WGS-84; with lon_deg")
@@ -21,7 +21,7 @@ class Place(Strict):
         return self.lat_deg is not None or self.north_m is not None
 
     @model_validator(mode="after")
-    def _whole(self) -> "Place":
+    def _whole(self) -> "GroundPoint":
         given = [value is not None for value in (self.lat_deg, self.lon_deg, self.north_m, self.east_m)]
         if given not in ([False] * 4, [True, True, False, False], [False, False, True, True]):
             msg = f"a place is told twice or not wholly; allowed: {HOW_TO_TELL}"

@@ -1,7 +1,6 @@
 """The pattern ``track``: a logged motion from a file, with a map of its columns and their units."""
 
 import math
-from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
@@ -42,7 +41,7 @@ SURFACES = ("elevator", "aileron_left", "aileron_right", "rudder", "flap")
 COUNTED = ("circuit", "leg", "turn")
 
 
-class Column(Strict):
+class TrackColumn(Strict):
     """Where a quantity stands in the file."""
 
     name: str = Field(min_length=1, max_length=200, description="column of the CSV, data set of the HDF5 file")
@@ -53,21 +52,21 @@ def _as_column(value: object) -> object:
     return {"name": value} if isinstance(value, str) else value
 
 
-Named = Annotated[Column, BeforeValidator(_as_column)]
+Named = Annotated[TrackColumn, BeforeValidator(_as_column)]
 
 
 class TrackColumns(Strict):
     """Map of the columns; a name alone stands for seconds, degrees, meters."""
 
-    time: Named = Column(name="time_s")
+    time: Named = TrackColumn(name="time_s")
     lat: Named | None = None
     lon: Named | None = None
     north: Named | None = Field(default=None, description="from the start point, instead of lat and lon")
     east: Named | None = None
-    alt: Named = Column(name="alt_m")
-    roll: Named = Column(name="roll_deg")
-    pitch: Named = Column(name="pitch_deg")
-    heading: Named = Field(default=Column(name="heading_deg"), description="true, clockwise from north")
+    alt: Named = TrackColumn(name="alt_m")
+    roll: Named = TrackColumn(name="roll_deg")
+    pitch: Named = TrackColumn(name="pitch_deg")
+    heading: Named = Field(default=TrackColumn(name="heading_deg"), description="true, clockwise from north")
     elevator: Named | None = Field(default=None, description="surfaces: right-hand rule about the hinge axis")
     aileron_left: Named | None = None
     aileron_right: Named | None = None
@@ -79,7 +78,7 @@ class TrackColumns(Strict):
 
     @field_validator(*KINDS)
     @classmethod
-    def _known_unit(cls, value: Column | None, info: object) -> Column | None:
+    def _known_unit(cls, value: TrackColumn | None, info: object) -> TrackColumn | None:
         units = UNITS[KINDS[info.field_name]]  # type: ignore[attr-defined]
         if value is not None and value.unit and value.unit not in units:
             msg = f"'{value.unit[:20]}' is no unit of it; allowed: {', '.join(units)}"
@@ -107,7 +106,7 @@ class TrackColumns(Strict):
         return out
 
 
-class Track(Strict):
+class TrackPattern(Strict):
     """The motion of a logged flight, flown through the field without a flight model."""
 
     kind: Literal["track"] = "track"
@@ -144,9 +143,3 @@ class Track(Strict):
             msg = f"{value:g} is not after from_s = {first:g}; allowed: above that"
             raise ValueError(msg)
         return value
-
-
-def check_track(pattern: Track, *, has_ground: bool) -> Iterator[tuple[str, str]]:
-    """Heights above the sea need the geoid."""
-    if pattern.heights == "sea" and not has_ground:
-        yield "heights", "heights above the sea need the geoid; allowed: with a table [terrain] and its geoid_m"

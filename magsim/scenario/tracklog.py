@@ -8,18 +8,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from magsim.aircraft import Aircraft
 from magsim.arrays import readonly
 from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, MagsimError, RequestError
-from magsim.scenario.track import COUNTED, Track
-from magsim.storage.hdf5 import open_careful
-
-if TYPE_CHECKING:
-    from magsim.aircraft import Aircraft
+from magsim.scenario.track import COUNTED, TrackPattern
+from magsim.storage.hdf5 import open_untrusted
 
 MAX_BYTES = 1_000_000_000
 """Largest track file that is read."""
@@ -82,12 +79,12 @@ class TrackLog:
         return len(self.values["time"])
 
 
-def read_track(settings: Track, folder: Path) -> TrackLog:
+def read_track(settings: TrackPattern, folder: Path) -> TrackLog:
     """Read the file of a track.
 
     Parameters
     ----------
-    settings : Track
+    settings : TrackPattern
     folder : Path
         Where the scenario lies; the file's path begins there.
 
@@ -122,7 +119,7 @@ def read_track(settings: Track, folder: Path) -> TrackLog:
 
 
 @dataclass(frozen=True)
-class _Table:
+class _TrackTable:
     """Columns in SI units, and where each row stands in the file."""
 
     values: dict[str, np.ndarray]
@@ -133,10 +130,10 @@ class _Table:
         return f"{path}: row {row + 1}" if self.lines is None else f"{path}:{self.lines[row]}"
 
 
-def _from_hdf5(path: Path, used: dict[str, tuple[str, float]]) -> _Table:
+def _from_hdf5(path: Path, used: dict[str, tuple[str, float]]) -> _TrackTable:
     values, problems = {}, []
     try:
-        with open_careful(path) as root:
+        with open_untrusted(path) as root:
             for quantity, (name, factor) in used.items():
                 try:
                     values[quantity] = _data_set(root, name) * factor
@@ -152,7 +149,7 @@ def _from_hdf5(path: Path, used: dict[str, tuple[str, float]]) -> _Table:
         raise TrackProblemsError([f"{path}: the data sets differ in length: {told}"])
     if lengths["time"] > MAX_ROWS:
         raise TrackProblemsError([f"{path}: has more than {MAX_ROWS} rows; allowed: a part of the log"])
-    return _Table(values, {quantity: name for quantity, (name, _) in used.items()}, None)
+    return _TrackTable(values, {quantity: name for quantity, (name, _) in used.items()}, None)
 
 
 def _data_set(root: object, name: str) -> np.ndarray:
@@ -170,7 +167,7 @@ def _data_set(root: object, name: str) -> np.ndarray:
     raise first
 
 
-def _from_csv(path: Path, used: dict[str, tuple[str, float]], settings: Track) -> _Table:
+def _from_csv(path: Path, used: dict[str, tuple[str, float]], settings: TrackPattern) -> _TrackTable:
     data = path.read_bytes()
     try:
         text = data.decode("utf-8-sig")
@@ -224,8 +221,8 @@ def _parse(
     places: dict[str, int],
     *,
     used: dict[str, tuple[str, float]],
-    settings: Track,
-) -> _Table:
+    settings: TrackPattern,
+) -> _TrackTable:
     lines, columns = array("q"), {quantity: array("d") for quantity in used}
     problems: list[str] = []
     first = -math.inf if settings.from_s is None else settings.from_s
@@ -246,7 +243,7 @@ def _parse(
     if problems:
         raise TrackProblemsError(problems)
     values = {quantity: np.array(column) * used[quantity][1] for quantity, column in columns.items()}
-    return _Table(values, {quantity: name for quantity, (name, _) in used.items()}, np.array(lines))
+    return _TrackTable(values, {quantity: name for quantity, (name, _) in used.items()}, np.array(lines))
 
 
 def _number(text: str) -> float | None:
@@ -277,7 +274,7 @@ def _append(
             yield f"{path}:{number}: column {used[quantity][0]}: {what}"
 
 
-def _cut(path: Path, table: _Table, settings: Track) -> _Table:
+def _cut(path: Path, table: _TrackTable, settings: TrackPattern) -> _TrackTable:
     """The rows between the times that are asked for."""
     time = table.values["time"]
     rows = np.ones(len(time), dtype=bool)
@@ -291,10 +288,10 @@ def _cut(path: Path, table: _Table, settings: Track) -> _Table:
             found += f"; the file's times run from {time.min():g} to {time.max():g} s"
         raise TrackProblemsError([f"{path}: has {found}; allowed: at least 4 rows between from_s and to_s"])
     lines = None if table.lines is None else table.lines[rows]
-    return _Table({name: value[rows] for name, value in table.values.items()}, table.names, lines)
+    return _TrackTable({name: value[rows] for name, value in table.values.items()}, table.names, lines)
 
 
-def _problems(path: Path, table: _Table, settings: Track) -> Iterator[str]:
+def _problems(path: Path, table: _TrackTable, settings: TrackPattern) -> Iterator[str]:
     """What is wrong with the numbers: the first row of each kind."""
     values, names = table.values, table.names
 
@@ -330,7 +327,7 @@ def _uncounted(quantity: str, value: np.ndarray) -> tuple[np.ndarray, Told]:
     return wrong, lambda row: f"{value[row]:g} is no number of it; allowed: whole numbers from {low} to {high}"
 
 
-def _time_problems(path: Path, table: _Table, settings: Track, first: Found) -> Iterator[str]:
+def _time_problems(path: Path, table: _TrackTable, settings: TrackPattern, first: Found) -> Iterator[str]:
     """Order and gaps of the rows, then steps that no aircraft makes."""
     values, time = table.values, table.values["time"]
     step = np.diff(time, prepend=time[0] - 1e-3)
@@ -357,7 +354,7 @@ def _time_problems(path: Path, table: _Table, settings: Track, first: Found) -> 
         yield from first(quantity, rate > FASTEST_TURN_DPS, lambda row, r=rate, t=text: f"jumps at {r[row]:.0f} {t}")
 
 
-def start_of(track: TrackLog | None, aircraft: "Aircraft | None") -> dict[str, float]:
+def start_of(track: TrackLog | None, aircraft: Aircraft | None) -> dict[str, float]:
     """Place, height, speed and heading of a track's first row for the table ``[start]``.
 
     Nothing of the motion depends on them. They are brought inside the limits of ``[start]``, which a log may pass.

@@ -7,17 +7,9 @@ from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
 from magsim.aircraft import KinematicFacts
 from magsim.config import Problems, Strict
-from magsim.scenario.air import Air, check_still, check_wind
-from magsim.scenario.base import aircraft_of, bird_of
-from magsim.scenario.flaps import check_moves
-from magsim.scenario.geology import (
-    check_crust,
-    check_targets,
-)
-from magsim.scenario.instruments import (
-    Sensors,
-)
-from magsim.scenario.loading import Loading
+from magsim.scenario.air import Air
+from magsim.scenario.base import aircraft_of
+from magsim.scenario.instruments import Sensors
 from magsim.scenario.patterns import (
     LEGS,
     Box,
@@ -26,24 +18,28 @@ from magsim.scenario.patterns import (
     Fom,
     FomPeakToPeak,
     HeadingCross,
+    PatternSequence,
     StraightLine,
-    Survey,
-    check_pattern,
-    check_surveys,
-    heights_of,
-    parts_of,
+    SurveyPattern,
 )
-from magsim.scenario.patterns import (
-    Sequence as PatternSequence,
-)
-from magsim.scenario.physics import Field_
+from magsim.scenario.payload import Loading
+from magsim.scenario.physics import FieldSettings
 from magsim.scenario.start import FlightSettings, Start
 from magsim.scenario.terrain import Terrain
-from magsim.scenario.tow import Tow, check_names, check_tow
-from magsim.scenario.track import Track, check_track
+from magsim.scenario.tow import Tow
+from magsim.scenario.track import TrackPattern
 
 Pattern = Annotated[
-    Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | Survey | PatternSequence | Track,
+    Box
+    | Fom
+    | FomPeakToPeak
+    | Diamond
+    | Cloverleaf
+    | StraightLine
+    | HeadingCross
+    | SurveyPattern
+    | PatternSequence
+    | TrackPattern,
     Discriminator("kind"),
 ]
 """Every pattern that a scenario may name."""
@@ -79,38 +75,9 @@ class Scenario(Strict):
     tow: Tow | None = Field(default=None, description="a bird on a rope; without it, none")
     flight: FlightSettings = FlightSettings()
     air: Air = Air()
-    field: Field_ = Field_()
+    field: FieldSettings = FieldSettings()
     sensors: Sensors
     recording: RecordingSettings = RecordingSettings()
-
-    @field_validator("pattern")
-    @classmethod
-    def _flyable(cls, pattern: Pattern, info: ValidationInfo) -> Pattern:
-        start, terrain = info.data.get("start"), info.data.get("terrain", "wrong")
-        if start:
-            if isinstance(pattern, Track):
-                found = [*check_track(pattern, has_ground=terrain is not None)]
-            else:
-                found = [
-                    *check_pattern(pattern, start, aircraft_of(info)),
-                    *check_surveys(pattern, has_ground=terrain is not None),
-                ]
-            if found:
-                raise Problems(*found)
-        return pattern
-
-    @field_validator("tow")
-    @classmethod
-    def _towable(cls, tow: Tow | None, info: ValidationInfo) -> Tow | None:
-        start, pattern, aircraft = info.data.get("start"), info.data.get("pattern"), aircraft_of(info)
-        if tow and start and aircraft:
-            parts = parts_of(pattern) if pattern and not isinstance(pattern, Track) else ()
-            kinematic = isinstance(aircraft.facts, KinematicFacts) or isinstance(pattern, Track)
-            found = [*check_tow(tow, start, parts, bird_of(info), kinematic=kinematic)]
-            found += [*check_names(aircraft, bird_of(info))]
-            if found:
-                raise Problems(*found)
-        return tow
 
     @field_validator("flight")
     @classmethod
@@ -122,23 +89,9 @@ class Scenario(Strict):
             )
         return flight
 
-    @field_validator("flight")
-    @classmethod
-    def _flaps_are_flown(cls, flight: FlightSettings, info: ValidationInfo) -> FlightSettings:
-        start, pattern = info.data.get("start"), info.data.get("pattern")
-        if start and pattern and flight.flaps:
-            if isinstance(pattern, Track):
-                raise Problems(("flaps", "a logged track has the flaps of its file; allowed: none"))
-            checked = {"speed_mps": start.speed_mps, "alt_m": min(heights_of(pattern, start))}
-            reach = {"circuits": pattern.circuits, "legs": pattern.legs}
-            found = [*check_moves(flight.flaps, aircraft_of(info), **checked, **reach)]
-            if found:
-                raise Problems(*found)
-        return flight
-
     @field_validator("sensors")
     @classmethod
-    def _ground_is_told(cls, sensors: Sensors, info: ValidationInfo) -> Sensors:
+    def _ground_is_given(cls, sensors: Sensors, info: ValidationInfo) -> Sensors:
         if sensors.radar and info.data.get("terrain", "wrong") is None:
             text = "a radar altimeter needs the ground; allowed: with a table [terrain], for example kind = 'flat'"
             raise Problems(("radar", text))
@@ -149,31 +102,6 @@ class Scenario(Strict):
             if found:
                 raise Problems(*found)
         return sensors
-
-    @field_validator("air")
-    @classmethod
-    def _slower_than_flight(cls, air: Air, info: ValidationInfo) -> Air:
-        start, pattern = info.data.get("start"), info.data.get("pattern")
-        legs = pattern and not isinstance(pattern, Track)
-        heights = heights_of(pattern, start) if start and legs else ()
-        found = [*check_wind(air, start, heights)] if start else []
-        aircraft = aircraft_of(info)
-        if aircraft and isinstance(aircraft.facts, KinematicFacts):
-            found += [*check_still(air, aircraft.name)]
-        if found:
-            raise Problems(*found)
-        return air
-
-    @field_validator("field")
-    @classmethod
-    def _geology_in_band(cls, field: Field_, info: ValidationInfo) -> Field_:
-        start, air = info.data.get("start"), info.data.get("air")
-        found = [("targets" + key, text) for key, text in check_targets(field.targets)]
-        if field.crust and start and air:
-            found += [(f"crust.{key}", text) for key, text in check_crust(field.crust, start, air)]
-        if found:
-            raise Problems(*found)
-        return field
 
     @field_validator("recording")
     @classmethod

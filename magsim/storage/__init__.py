@@ -1,4 +1,4 @@
-"""Files: written whole or not at all, kept by content, and opened with care."""
+"""Files: written completely or not at all, cached by content, and read without trust."""
 
 from magsim.storage.atomic import atomic_write, check_target
 from magsim.storage.cache import cache_folder, cached

@@ -1,4 +1,4 @@
-"""Writing a file whole or not at all."""
+"""Writing of a file, completely or not at all."""
 
 import contextlib
 import os
@@ -7,16 +7,16 @@ from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 
 from magsim.errors import RequestError
-from magsim.storage.parts import part_folder, sweep
+from magsim.storage.parts import part_folder, remove_leftovers
 
 
 def check_target(path: Path, *, force: bool = False) -> None:
-    """Refuse an output path that cannot be written, before any work is spent on it.
+    """Raise an error for an output path that cannot be written, before any work is spent on it.
 
     Parameters
     ----------
     path : Path
-        Where a file shall be written.
+        The file to be written.
     force : bool
         Whether an existing file may be replaced.
 
@@ -31,12 +31,12 @@ def check_target(path: Path, *, force: bool = False) -> None:
 
 
 def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = False) -> None:
-    """Write a file so that it is there whole or not at all.
+    """Write a file so that it exists completely or not at all.
 
     Parameters
     ----------
     path : Path
-        Where the file shall be. Its folder must exist.
+        The file. Its folder must exist.
     write : callable
         Writes the file at the path that it is given: one of the same name in a temporary folder beside it.
     force : bool
@@ -48,7 +48,7 @@ def atomic_write(path: Path, write: Callable[[Path], object], *, force: bool = F
         If the path is taken and ``force`` is not set, or it cannot be written to. Nothing is left behind.
     """
     _refuse_taken(path, force=force)
-    sweep(path)
+    remove_leftovers(path)
     with _reserved(path) as temporary:
         try:
             write(temporary)
@@ -82,9 +82,9 @@ def _refuse_taken(path: Path, *, force: bool) -> None:
 
 @contextlib.contextmanager
 def _reserved(path: Path) -> Iterator[Path]:
-    """A new empty file of the path's name in a hidden folder beside it; both are gone in the end.
+    """Make an empty file of the path's name in a hidden folder beside it, and remove both at the end.
 
-    The file has the permissions that the final one shall have.
+    The file has the permissions of the final one.
     """
     with contextlib.ExitStack() as stack:
         try:
@@ -96,7 +96,7 @@ def _reserved(path: Path) -> Iterator[Path]:
 
 
 def _publish(temporary: Path, path: Path, *, force: bool) -> None:
-    """Give the finished file its name. Without force, a file that came up meanwhile stays."""
+    """Give the finished file its name. Without force, a file that was made meanwhile stays."""
     if not force:
         try:
             os.link(temporary, path)
@@ -110,19 +110,21 @@ def _publish(temporary: Path, path: Path, *, force: bool) -> None:
 
 
 def sync(path: Path) -> None:
-    """Bring a file or a folder to the disk, where the system can."""
+    """Flush a file or a folder to the disk, if the system can."""
     try:
         handle = os.open(path, os.O_RDONLY)
     except OSError:
         return
     try:
-        with contextlib.suppress(OSError if path.is_dir() else ()):
-            os.fsync(handle)
+        os.fsync(handle)
+    except OSError:
+        if not path.is_dir():
+            raise
     finally:
         os.close(handle)
 
 
 def cannot_write(path: Path, error: Exception) -> RequestError:
-    """The one line that tells why a path cannot be written to."""
+    """Return the error, in one line, about a path that cannot be written."""
     reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
     return RequestError(f"cannot write {path}: {reason}")

@@ -1,4 +1,4 @@
-"""Results that take long, kept by the hash of what they were made from."""
+"""Results that take long to compute, stored under a hash of everything that they depend on."""
 
 import contextlib
 import hashlib
@@ -6,15 +6,16 @@ import json
 import os
 import re
 from collections.abc import Callable, Mapping
-from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
-from importlib.util import find_spec
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from magsim.errors import MagsimError
 from magsim.storage.atomic import atomic_write
+from magsim.storage.machine import kind_of_machine
+from magsim.storage.sources import source_digest
 
 FORMAT = 1
 """Version of the entries; an entry of another version is never found."""
@@ -29,20 +30,21 @@ _KIND = re.compile(r"[a-z][a-z0-9_-]*")
 def cached(
     kind: str, key: Mapping[str, object] | str, make: Callable[[], dict[str, np.ndarray]]
 ) -> dict[str, np.ndarray]:
-    """What ``make`` returns, from the cache where the same was made before.
+    """Return what ``make`` returns, from the cache if the same was made before.
 
-    An entry is found by the kind, the key, the source code of the package of magsim that ``make`` belongs to,
-    and the versions of numpy and scipy, so neither a new solver nor a new library meets old results. A damaged
-    entry is made again, and a cache that cannot be written to is not used. Writers do not disturb each other.
+    An entry is found by its kind, its key, the source code of every module of magsim that the module of ``make``
+    imports directly or indirectly (``sources``), and the kind of machine with the versions of the libraries that
+    compute (``machine``). So no change of the code, wherever it is, and no other library returns an old result. A
+    damaged entry is made again, and a cache that cannot be written to is not used. Writers do not disturb each other.
 
     Parameters
     ----------
     kind : str
-        What is kept, for example ``"response"``; names a folder of the cache.
+        What is stored, for example ``"response"``; names a folder of the cache.
     key : mapping or str
         Everything that the result depends on; a mapping of JSON values and arrays.
     make : callable
-        Makes the result: arrays of plain types by name.
+        Computes the result: arrays of plain types by name. What it uses must be imported by its module.
 
     Returns
     -------
@@ -54,13 +56,13 @@ def cached(
         raise ValueError(msg)
     folder = cache_folder()
     name = hashlib.sha256(
-        "\0".join([str(FORMAT), kind, _canonical(key), _maker(make), _libraries()]).encode()
+        "\0".join([str(FORMAT), kind, _canonical(key), _source(make), _machine()]).encode()
     ).hexdigest()
     path = folder / kind / f"{name}.npz" if folder else None
     if path is not None:
-        kept = _read(path)
-        if kept is not None:
-            return kept
+        stored = _read(path)
+        if stored is not None:
+            return stored
     made = {name: _frozen(name, array) for name, array in make().items()}
     if path is not None:
         with contextlib.suppress(OSError, MagsimError):
@@ -71,7 +73,7 @@ def cached(
 
 
 def cache_folder() -> Path | None:
-    """Folder of the cache: ``$MAGSIM_CACHE``, else ``magsim`` in the user's cache folder; None where there is none."""
+    """Return ``$MAGSIM_CACHE``, else ``magsim`` in the user's cache folder; None if there is none."""
     own = os.environ.get("MAGSIM_CACHE")
     if own:
         return Path(own).absolute()
@@ -98,34 +100,16 @@ def _array_key(value: object) -> object:
     raise TypeError(msg)
 
 
-def _maker(make: Callable) -> str:
-    """Digest of the source code behind a function of magsim; empty for one from elsewhere."""
-    while hasattr(make, "func"):
+def _source(make: Callable[..., object]) -> str:
+    """Return the digest of all source code that a function of magsim depends on; empty for one from elsewhere."""
+    while isinstance(make, partial):
         make = make.func
     module = getattr(make, "__module__", None) or ""
-    return _source_digest(".".join(module.split(".")[:2])) if module.startswith("magsim.") else ""
+    return source_digest(module) if module.startswith("magsim.") else ""
 
 
-@lru_cache(maxsize=16)
-def _source_digest(package: str) -> str:
-    spec = find_spec(package)
-    if spec is None or spec.origin is None:
-        return ""
-    origin = Path(spec.origin)
-    files = sorted(origin.parent.rglob("*.py")) if origin.name == "__init__.py" else [origin]
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(file.relative_to(origin.parent).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()
-
-
-@lru_cache(maxsize=1)
-def _libraries() -> str:
-    found = []
-    for name in ("numpy", "scipy"):
-        with contextlib.suppress(PackageNotFoundError):
-            found.append(f"{name} {version(name)}")
-    return ", ".join(found)
+def _machine() -> str:
+    return json.dumps(kind_of_machine(), sort_keys=True)
 
 
 def _frozen(name: str, array: np.ndarray) -> np.ndarray:
@@ -147,12 +131,13 @@ def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    entry: dict[str, Any] = {_CHECKSUM: _digest(arrays), **arrays}
     with path.open("wb") as file:
-        np.savez(file, **{_CHECKSUM: _digest(arrays)}, **arrays)
+        np.savez(file, **entry)
 
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:
-    """An entry, or None where there is none or it is damaged in any way."""
+    """Return an entry, or None if there is none or it is damaged in any way."""
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as entry:
             arrays = {name: entry[name] for name in entry.files}

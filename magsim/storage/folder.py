@@ -1,4 +1,4 @@
-"""Writing a folder of files whole or not at all."""
+"""Writing of a folder of files, completely or not at all."""
 
 import contextlib
 from collections.abc import Callable
@@ -6,28 +6,28 @@ from pathlib import Path
 
 from magsim.errors import RequestError
 from magsim.storage.atomic import cannot_write, sync
-from magsim.storage.parts import BEFORE, part_folder, sweep
+from magsim.storage.parts import PREVIOUS, part_folder, remove_leftovers
 
 
 def check_folder_target(path: Path, *, force: bool = False) -> None:
-    """Refuse a folder that cannot be written, before any work is spent on it.
+    """Raise an error for a folder that cannot be written, before any work is spent on it.
 
     Parameters
     ----------
     path : Path
-        Where the folder shall be; the folder around it is made.
+        The folder; its parent is made.
     force : bool
         Whether an existing folder may be replaced.
 
     Raises
     ------
     RequestError
-        If the path is taken, or the folder around it cannot be made or written to.
+        If the path is taken, or its parent cannot be made or written to.
     """
     if not path.name:
         msg = f"cannot write {path}: give the name of a new folder"
         raise RequestError(msg)
-    sweep(path)
+    remove_leftovers(path)
     try:
         taken = path.exists() or path.is_symlink()
         if taken and (path.is_symlink() or not path.is_dir()):
@@ -44,15 +44,15 @@ def check_folder_target(path: Path, *, force: bool = False) -> None:
 
 
 def atomic_folder(path: Path, write: Callable[[Path], object], *, force: bool = False) -> None:
-    """Write a folder so that it is there whole or not at all.
+    """Write a folder so that it exists completely or not at all.
 
-    It is filled under a hidden name beside its place and then renamed. What writers that were killed have left there
-    is removed. With ``force`` there is a moment between two renames at which the folder is absent.
+    It is filled under a hidden name beside its place and then renamed. Leftovers of killed writers are removed.
+    With ``force`` there is a moment between two renames at which the folder is absent.
 
     Parameters
     ----------
     path : Path
-        Where the folder shall be.
+        The folder.
     write : callable
         Fills the folder that it is given.
     force : bool
@@ -83,11 +83,11 @@ def _publish(temporary: Path, path: Path, *, force: bool) -> None:
     if not (force and path.exists()):
         temporary.rename(path)
         return
-    before = temporary.with_name(BEFORE)
-    path.rename(before)
+    previous = temporary.with_name(PREVIOUS)
+    path.rename(previous)
     try:
         temporary.rename(path)
     except OSError:
         with contextlib.suppress(OSError):
-            before.rename(path)
+            previous.rename(path)
         raise

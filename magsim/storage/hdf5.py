@@ -1,8 +1,8 @@
-"""HDF5 files opened with care: a file from outside is hostile until checked.
+"""Reading of HDF5 files that are not trusted: a file from elsewhere may be damaged, or made to do harm.
 
-Recordings end with a seal (``seal``), and one that does not fit is refused at once. But anyone can make a seal that
-fits: so a file that this process has not written itself is first walked through by a child process (``vetting``).
-Everything that is read passes the checks of ``Reader`` too.
+Recordings end with a checksum line (``checksum``), and a file whose line does not fit is refused at once. But anyone
+can write a line that fits: so a file that this process has not written itself is first read by a child process
+(``inspection``). Everything that is read passes the checks of ``Reader`` too.
 """
 
 import contextlib
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from magsim.errors import DataError, MagsimError
-from magsim.storage.seal import append_seal, seal_state
-from magsim.storage.vetting import damage, remember, vet
+from magsim.storage.checksum import append_checksum, checksum_state
+from magsim.storage.inspection import damage_of, inspect, note_result
 
 if TYPE_CHECKING:
     import h5py
@@ -27,25 +27,25 @@ NAME = re.compile(r"[a-z0-9_]+")
 """Names of objects that are read."""
 
 FILTERS = ("deflate", "shuffle", "fletcher32")
-"""Filters that a data set may have passed: those that HDF5 itself brings."""
+"""Filters that are allowed for the values of a data set: those that are part of HDF5 itself."""
 
 
-def seal(path: Path) -> None:
-    """Append the SHA-256 of a finished file to it; it needs no walk in this process."""
-    remember(append_seal(path), "")
+def add_checksum(path: Path) -> None:
+    """Append the checksum line to a finished file; this process reads it without an inspection."""
+    note_result(append_checksum(path), "")
 
 
 @contextlib.contextmanager
-def open_careful(path: Path, *, also: Collection[str] = (), whatever_the_seal: bool = False) -> Iterator["Reader"]:
-    """Open an HDF5 file from anywhere for reading.
+def open_untrusted(path: Path, *, also: Collection[str] = (), ignore_checksum: bool = False) -> Iterator["Reader"]:
+    """Open an HDF5 file from any source for reading.
 
     Parameters
     ----------
     path : Path
     also : collection of str
         Names of members that are allowed beside those that fit ``NAME``.
-    whatever_the_seal : bool
-        Open a file whose seal is broken too, to find out where it differs.
+    ignore_checksum : bool
+        Open a file whose checksum does not fit too, to find out where it differs.
 
     Yields
     ------
@@ -57,13 +57,13 @@ def open_careful(path: Path, *, also: Collection[str] = (), whatever_the_seal: b
     RequestError
         If there is no such file, or it cannot be opened.
     DataError
-        If it is no HDF5 file, or is damaged; also where that shows only while it is read.
+        If it is no HDF5 file, or is damaged; also if that shows only while it is read.
     """
-    state = seal_state(path)
-    if state.kind == "broken" and not whatever_the_seal:
-        msg = f"{path}: {state.why}"
+    state = checksum_state(path)
+    if state.kind == "broken" and not ignore_checksum:
+        msg = f"{path}: {state.reason}"
         raise DataError(msg)
-    vet(path, state.digest)
+    inspect(path, state.digest)
     import h5py
 
     try:
@@ -76,13 +76,13 @@ def open_careful(path: Path, *, also: Collection[str] = (), whatever_the_seal: b
 
 
 def damaged(path: Path, error: Exception) -> DataError:
-    """The one line that tells of a file that HDF5 cannot read."""
+    """Return the error, in one line, about a file that HDF5 cannot read."""
     lines = str(error).splitlines() or [type(error).__name__]
-    return DataError(f"{path}: {damage(lines[0])}")
+    return DataError(f"{path}: {damage_of(lines[0])}")
 
 
 class Reader:
-    """A group of an HDF5 file, of which only plain and bounded things are read.
+    """A group of an HDF5 file, of which only plain and bounded values are read.
 
     Parameters
     ----------
@@ -90,16 +90,18 @@ class Reader:
         File, for messages.
     group : h5py.Group
     also : collection of str
-        See ``open_careful``.
+        See ``open_untrusted``.
+    left_bytes : list of int, optional
+        Bytes that may still be read from the file: one number, shared by all groups of the file.
     """
 
     def __init__(
-        self, path: Path, group: "h5py.Group", also: Collection[str] = (), left: list[int] | None = None
+        self, path: Path, group: "h5py.Group", also: Collection[str] = (), left_bytes: list[int] | None = None
     ) -> None:
         self.path = path
         self._also = also
         self._group = group
-        self._left = [path.stat().st_size + MAX_VALUE_BYTES] if left is None else left
+        self._left_bytes = [path.stat().st_size + MAX_VALUE_BYTES] if left_bytes is None else left_bytes
 
     @property
     def where(self) -> str:
@@ -108,7 +110,13 @@ class Reader:
         return f"{self.path}: {name}" if name else str(self.path)
 
     def names(self) -> list[str]:
-        """Names of all members, sorted."""
+        """Return the names of all members, sorted.
+
+        Raises
+        ------
+        DataError
+            If one is not allowed.
+        """
         names = sorted(self._group)
         for name in names:
             if not NAME.fullmatch(name) and name not in self._also:
@@ -116,16 +124,16 @@ class Reader:
         return names
 
     def group(self, name: str) -> "Reader":
-        """A group inside."""
+        """Return a group inside."""
         import h5py
 
         item = self._member(name)
         if not isinstance(item, h5py.Group):
             self.refuse(f"{name} is not a group")
-        return Reader(self.path, item, self._also, self._left)
+        return Reader(self.path, item, self._also, self._left_bytes)
 
     def array(self, name: str, *, kind: str, ndim: int) -> np.ndarray:
-        """Values of a data set.
+        """Return the values of a data set.
 
         Parameters
         ----------
@@ -140,7 +148,7 @@ class Reader:
         return item[()]
 
     def block(self, name: str, *, ndim: int) -> tuple[int, tuple[int, ...]]:
-        """Where in the file the values of a data set lie, for memory mapping.
+        """Return the place of the values of a data set in the file, for memory mapping.
 
         Parameters
         ----------
@@ -151,7 +159,7 @@ class Reader:
         -------
         (int, tuple of int)
             Offset in bytes from the beginning of the file, and shape. The values are little-endian float64, in C order,
-            and lie in the file whole.
+            and are contiguous in the file.
         """
         item = self._plain(name, kind="f", ndim=ndim)
         offset = item.id.get_offset() if item.chunks is None else None
@@ -162,8 +170,8 @@ class Reader:
         return offset, item.shape
 
     def text_attribute(self, member: str, name: str) -> str | None:
-        """Attribute of a member that is one text, or None where there is none."""
-        attributes = self._member(member).attrs  # type: ignore[attr-defined]
+        """Return an attribute of a member that is one text; None if there is none."""
+        attributes = self._member(member).attrs
         if name not in attributes:
             return None
         found = attributes.get_id(name)
@@ -187,13 +195,13 @@ class Reader:
     def _spend(self, name: str, item: "h5py.Dataset") -> None:
         size = int(np.prod([int(n) for n in item.shape], dtype=object)) * item.dtype.itemsize
         # deflate shrinks by 1032 at most, so anything larger is a claim without values
-        limit = min(MAX_VALUE_BYTES, self.path.stat().st_size * 1032, self._left[0])
+        limit = min(MAX_VALUE_BYTES, self.path.stat().st_size * 1032, self._left_bytes[0])
         if size > limit:
             self.refuse(f"{name} claims {size} bytes; allowed: up to {limit}")
-        self._left[0] -= size
+        self._left_bytes[0] -= size
 
     def attributes(self) -> dict[str, str | int | float]:
-        """Attributes that are one text or one number; others are left out."""
+        """Return the attributes that are one text or one number; others are left out."""
         out: dict[str, str | int | float] = {}
         for name in sorted(self._group.attrs):
             found = self._group.attrs.get_id(name)
@@ -209,8 +217,8 @@ class Reader:
         return out
 
     def texts_attribute(self, member: str, name: str) -> list[str]:
-        """Attribute of a member that is a list of texts."""
-        attributes = self._member(member).attrs  # type: ignore[attr-defined]
+        """Return an attribute of a member that is a list of texts."""
+        attributes = self._member(member).attrs
         if name not in attributes:
             self.refuse(f"{member} has no attribute {name}")
         found = attributes.get_id(name)
@@ -218,12 +226,12 @@ class Reader:
             self.refuse(f"attribute {name} of {member} is not a list of texts")
         return [text.decode("utf-8", "replace") for text in attributes[name].astype("S").tolist()]
 
-    def refuse(self, why: str) -> NoReturn:
-        """Raise the DataError that tells what is wrong here."""
-        msg = f"{self.where}: {why}"
+    def refuse(self, reason: str) -> NoReturn:
+        """Raise a DataError about this file and group."""
+        msg = f"{self.where}: {reason}"
         raise DataError(msg)
 
-    def _member(self, name: str) -> object:
+    def _member(self, name: str) -> "h5py.HLObject":
         import h5py
 
         if name not in self._group:

@@ -1,9 +1,9 @@
-"""Hidden folders for what is being written.
+"""Hidden folders for files that are being written.
 
 A file or a folder is written in a hidden folder of its own beside the target and moved to its place when it is
-finished. The writer holds a lock on that folder, which the system takes from it when it dies, however it dies. So a
-folder for the same target that nobody holds is what a killed writer left, and the next writer of that target removes
-it. Where the system or the file system has no such locks, leftovers stay.
+finished. The writer holds a lock on that folder, which the system releases when the writer ends, however it ends. So
+an unlocked folder for the same target was left by a killed writer, and the next writer of that target removes it.
+Without such locks in the system or the file system, leftovers stay.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ except ImportError:  # no POSIX
 
 @contextlib.contextmanager
 def part_folder(path: Path) -> Iterator[Path]:
-    """A new hidden folder beside a path, locked; it is gone in the end with all that is in it.
+    """Make a hidden folder beside a path, locked, and remove it at the end with all that is in it.
 
     Raises
     ------
@@ -39,16 +39,16 @@ def part_folder(path: Path) -> Iterator[Path]:
             os.close(handle)
 
 
-BEFORE = "before"
-"""Name in the hidden folder of what stood at the target and makes way."""
+PREVIOUS = "before"
+"""Name in the hidden folder of the previous target, while it is replaced."""
 
 
-def sweep(path: Path) -> None:
-    """Remove what killed writers of a path left; with anything else in it, it stays.
+def remove_leftovers(path: Path) -> None:
+    """Remove the hidden folders that killed writers of a path left; one with anything else in it stays.
 
-    What stood at the path goes back there if a writer was killed after it took that away.
+    A previous target goes back to its place if its writer was killed while replacing it.
     """
-    name = re.compile(re.escape(_begin(path)) + r"[0-9a-f]{12}\.part")
+    name = re.compile(re.escape(_prefix(path)) + r"[0-9a-f]{12}\.part")
     with contextlib.suppress(OSError):
         for folder in [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]:
             with contextlib.suppress(BlockingIOError):
@@ -59,20 +59,20 @@ def sweep(path: Path) -> None:
 
 
 def _clear(folder: Path, path: Path) -> None:
-    """Remove a leftover."""
-    if not {entry.name for entry in folder.iterdir()} <= {path.name, BEFORE}:
+    """Remove one leftover folder."""
+    if not {entry.name for entry in folder.iterdir()} <= {path.name, PREVIOUS}:
         return
-    if (folder / BEFORE).exists() and not path.exists():
-        (folder / BEFORE).rename(path)
+    if (folder / PREVIOUS).exists() and not path.exists():
+        (folder / PREVIOUS).rename(path)
     shutil.rmtree(folder, ignore_errors=True)
 
 
 def _new_folder(path: Path) -> tuple[Path, int | None]:
-    """A new folder for the writing of a path, and a handle that holds its lock; None where there are no locks."""
+    """Make a folder for writing a path, and return it with a handle that holds its lock; None without locks."""
     while True:
-        folder = path.with_name(f"{_begin(path)}{secrets.token_hex(6)}.part")
+        folder = path.with_name(f"{_prefix(path)}{secrets.token_hex(6)}.part")
         folder.mkdir()
-        # Until it is locked it looks like a leftover: where another writer was faster to lock it, it is gone.
+        # Until it is locked it looks like a leftover: another writer may have locked and removed it.
         with contextlib.suppress(BlockingIOError):
             handle = _lock(folder)
             if folder.is_dir():
@@ -81,18 +81,18 @@ def _new_folder(path: Path) -> tuple[Path, int | None]:
                 os.close(handle)
 
 
-def _begin(path: Path) -> str:
-    """Begin of the names of all folders that a path is written in."""
+def _prefix(path: Path) -> str:
+    """Return the beginning of the names of all folders in which a path is written."""
     return f".{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:12]}-"
 
 
 def _lock(folder: Path) -> int | None:
-    """Lock a folder; None where that is not possible.
+    """Lock a folder; None if that is not possible.
 
     Raises
     ------
     BlockingIOError
-        If somebody else has it.
+        If another process holds the lock.
     """
     if fcntl is None:
         return None

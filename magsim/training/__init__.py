@@ -6,7 +6,7 @@ try:
     import safetensors  # noqa: F401 - checked here, used by the submodules
     import torch  # noqa: F401
 except ImportError as error:
-    MESSAGE = f"networks need torch and safetensors ({error}): pip install 'magsim[train]'"
+    MESSAGE = f"networks need torch and safetensors ({error}): pip install 'aeromagsim[train]'"
     raise RequestError(MESSAGE) from None
 
 from magsim.training.checkpoint import Checkpoint

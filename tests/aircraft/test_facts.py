@@ -5,7 +5,7 @@ import tomllib
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from magsim.aircraft.fact import CurveFact, Fact, PlaceFact, RangeFact
+from magsim.aircraft.fact import CurveFact, Fact, RangeFact, VectorFact
 from magsim.aircraft.facts import Facts
 from magsim.units import INCH
 from tests.support.paths import ROOT
@@ -20,7 +20,7 @@ def raw() -> dict:
 
 def walk(node: object) -> list:
     """All facts of a model."""
-    if isinstance(node, Fact | PlaceFact | RangeFact | CurveFact):
+    if isinstance(node, Fact | VectorFact | RangeFact | CurveFact):
         return [node]
     if isinstance(node, BaseModel):
         return [fact for name in type(node).model_fields for fact in walk(getattr(node, name))]

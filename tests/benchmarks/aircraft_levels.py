@@ -12,8 +12,8 @@ import numpy as np
 from magsim import assets
 from magsim.aircraft import Bird, KinematicFacts, Vehicle, load_aircraft, load_bird
 from magsim.field import AircraftResponse, load_response
-from magsim.field.electronics import Clock, currents
 from magsim.field.response import response_at
+from magsim.field.wiring.electronics import Clock, currents
 from magsim.frames import rot_nb_from_attitude, rotate_back
 
 EARTH_N = np.array([18193.0, -4077.0, 49954.0])
@@ -69,8 +69,8 @@ def steady_nt(body: Vehicle, response: AircraftResponse) -> np.ndarray:
     """Field that turns with the body at each mount, (s, 3) [nT]: permanent, and that of the mean currents."""
     # The loads of what has no controls go by the clock and the seed: no flight is asked for.
     clock = Clock(time_s=np.arange(0.0, 3600.0, 0.1), step_s=0.1, flight=None, seed=1)
-    drawn = currents(body.magnetics.circuits, clock)
-    mean = np.array([drawn[circuit.name].mean() for circuit in body.magnetics.circuits])
+    drawn = currents(body.magnetics.feeders, clock)
+    mean = np.array([drawn[feeder.name].mean() for feeder in body.magnetics.feeders])
     return response.permanent_nt + response.wiring_nt_per_a @ mean
 
 

@@ -11,7 +11,8 @@ import jsbsim
 import numpy as np
 
 from magsim.aircraft import Facts, load_aircraft
-from magsim.flight.plant import Setup, trimmed_twin
+from magsim.flight.model.setup import Setup
+from magsim.flight.model.trim import trimmed_twin
 
 CONDITIONS = {"c208b": ((60.0, 300.0), (75.0, 3000.0), (90.0, 5000.0))}
 """True airspeed [m/s] and height [m]."""

@@ -13,8 +13,10 @@ from scipy.optimize import minimize_scalar
 from magsim.aircraft import Facts, load_aircraft
 from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
-from magsim.flight.engines import available_thrust
-from magsim.flight.plant import Setup, start, trimmed_twin
+from magsim.flight.model.engines import available_thrust
+from magsim.flight.model.setup import Setup
+from magsim.flight.model.start import start
+from magsim.flight.model.trim import trimmed_twin
 from magsim.units import FT, G0, LB, LBF, RHO0
 
 KNOT = 0.514444

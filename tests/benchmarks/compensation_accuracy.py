@@ -10,16 +10,16 @@ import statistics
 import sys
 
 import numpy as np
+from magsim.compensation.features import EDDY_16, INDUCED_16
+from magsim.compensation.ridge import fit_ridge
 
 from magsim import columns, metrics, signals
 from magsim.compensation import TollesLawson, create
-from magsim.compensation.features import EDDY_16, INDUCED_16
-from magsim.compensation.ridge import fit_ridge
 from magsim.compensation.tolles_lawson import in_band
 from magsim.field import compute_field
 from magsim.flight import fly
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import record, simulate
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth

@@ -8,8 +8,8 @@ import argparse
 
 from magsim import columns, metrics
 from magsim.compensation import TollesLawson
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.rows import Row, finish, stated, within
 

@@ -15,7 +15,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from magsim.field import compute_field, load_response
 from magsim.field.composition import parts_on
 from magsim.flight import fly
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from tests.benchmarks.rows import at_most, finish, stated
 
 SCENARIO = "calibration_c208b"

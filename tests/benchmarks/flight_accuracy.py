@@ -13,7 +13,8 @@ from pydantic import ValidationError
 from magsim.aircraft import load_aircraft
 from magsim.earth import wgs84
 from magsim.flight import fly
-from magsim.scenario import PatternSequence, Scenario, Square, load_scenario
+from magsim.loading import load_scenario
+from magsim.scenario import PatternSequence, Scenario, Square
 from magsim.trajectory import Flight
 from tests.benchmarks.rows import Row, at_least, at_most, finish
 

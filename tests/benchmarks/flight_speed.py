@@ -23,13 +23,16 @@ import numpy as np
 
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight import bare_run, fly
-from magsim.flight.air import Weather
-from magsim.flight.maneuvers import UNITY, Sweep
-from magsim.flight.patterns import LocalPlane, path_of
-from magsim.flight.pilot import Pilot
-from magsim.flight.plant import Setup
-from magsim.flight.rates import log_rate_hz
-from magsim.scenario import Box, LoadedScenario, Scenario, load_scenario
+from magsim.flight.model.rates import log_rate_hz
+from magsim.flight.model.setup import Setup
+from magsim.flight.model.weather import Weather
+from magsim.flight.path.patterns import path_of
+from magsim.flight.path.plane import LocalPlane
+from magsim.flight.pilot.pilot import Pilot
+from magsim.flight.pilot.response import UNITY
+from magsim.flight.pilot.trains import Sweep
+from magsim.loading import LoadedScenario, load_scenario
+from magsim.scenario import Box, Scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
 MEMORY = Path("/proc/self/statm")

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from magsim.flight import bare_run
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.rows import at_most, finish, stated
 

@@ -23,11 +23,11 @@ import numpy as np
 
 from magsim.errors import MagsimError
 from magsim.recording import file, read_recordings
-from magsim.storage import vetting
+from magsim.storage import inspection
 from tests.benchmarks.rows import at_least, at_most, finish, stated
 from tests.support.crafted import CANARY, crafted, digest_of, mutate, recording
 
-LIMIT_S = vetting.VET_TIMEOUT_S + 10.0
+LIMIT_S = inspection.TIMEOUT_S + 10.0
 BATCH = 100
 _IN_ACCESS, _IN_OPEN, _IN_NONBLOCK = 0x1, 0x20, 0o4000
 
@@ -70,7 +70,7 @@ class Tally:
 
 def _read_all(paths: list[str], out: "multiprocessing.connection.Connection") -> None:
     """The reader: tells [path, what, text, seconds] for each file."""
-    vetting.vet_many([Path(path) for path in paths])
+    inspection.inspect_many([Path(path) for path in paths])
     for path in paths:
         start = time.monotonic()
         try:
@@ -92,7 +92,7 @@ def _read_apart(paths: list[Path], tally: Tally) -> None:
     context = multiprocessing.get_context("spawn")
     left = [str(path) for path in paths]
     # the walk ahead of all files of a batch may take the limit for each that hangs
-    wait_s = LIMIT_S + len(left) * vetting.VET_TIMEOUT_S
+    wait_s = LIMIT_S + len(left) * inspection.TIMEOUT_S
     while left:
         ours, theirs = context.Pipe(duplex=False)
         reader = context.Process(target=_read_all, args=(left, theirs))

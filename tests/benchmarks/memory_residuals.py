@@ -10,7 +10,7 @@ import numpy as np
 
 from magsim import metrics
 from magsim.compensation import TollesLawson
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.rows import Row, finish, stated
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from magsim.compensation.features import EDDY_18, INDUCED_18
 
 from magsim import metrics, signals
-from magsim.compensation.features import EDDY_18, INDUCED_18
 from magsim.compensation.tolles_lawson import in_band
 from magsim.field import compute_field
 from magsim.flight import fly
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.sensors import Acquisition
 from magsim.streams import stream
 from magsim.trajectory import Flight

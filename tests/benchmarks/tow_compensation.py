@@ -13,8 +13,8 @@ import argparse
 import numpy as np
 
 from magsim.benchmark import Report, benchmark
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.rows import Row, at_least, finish, stated
 

@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from magsim.compensation.features import Inputs, Standardizer, attitude, design, spans, time_derivative, tolles_lawson
+
 from magsim.errors import DataError, RequestError
 from tests.support.worlds import VECTOR, calibration
 

@@ -5,12 +5,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from magsim.compensation.features import Inputs, tolles_lawson
+from magsim.compensation.gradient import gradient
 
 from magsim import metrics
 from magsim.benchmark import benchmark
 from magsim.compensation import TollesLawson, create, load
-from magsim.compensation.features import Inputs, tolles_lawson
-from magsim.compensation.gradient import gradient
 from magsim.compensation.tolles_lawson import in_band
 from magsim.errors import DataError, RequestError
 from tests.support.worlds import EXACT, FIELD_NT, World, calibration, parts

@@ -147,4 +147,4 @@ except RequestError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert "pip install 'magsim[train]'" in done.stdout
+    assert "pip install 'aeromagsim[train]'" in done.stdout

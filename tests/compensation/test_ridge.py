@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-
 from magsim.compensation.features import Inputs, design
 from magsim.compensation.ridge import LAMBDAS, fit_ridge
+
 from magsim.compensation.tolles_lawson import in_band
 from tests.support.worlds import VECTOR, calibration, parts
 

@@ -16,10 +16,10 @@ from magsim.experiments.mount_grid import Body, grid, plane
 from magsim.experiments.mount_map import FlightSeries, _hinged_at, background, predict
 from magsim.experiments.mount_report import flight_of, make_map, write_page
 from magsim.field import load_response, obstacles, outline
-from magsim.field.dipoles import HingedDipole, hinged_field
-from magsim.field.meshes import box_surface
+from magsim.field.geometry.meshes import box_surface
+from magsim.field.sources.dipoles import HingedDipole, hinged_field
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.aircraft_levels import vehicle
 

@@ -10,10 +10,10 @@ from magsim.aircraft import load_aircraft
 from magsim.earth import LocalFrame, decimal_year, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.errors import DataError
 from magsim.field import AircraftResponse, compute_field, compute_response
-from magsim.field.crust import crust_of
-from magsim.field.station import station_field
-from magsim.field.targets import sources_of
-from magsim.field.variation import variation_n
+from magsim.field.background.crust import crust_of
+from magsim.field.background.station import station_field
+from magsim.field.background.targets import sources_of
+from magsim.field.background.variation import variation_n
 from magsim.frames import body_rates, rot_nb_from_attitude
 from magsim.scenario import BaseStation, Scenario
 from magsim.terrain import Flat, Fractal, Ground, TangentPlane

@@ -11,11 +11,11 @@ from magsim.columns import PLATFORM
 from magsim.earth import decimal_years, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.errors import RequestError
 from magsim.field import AircraftResponse, compute_field, compute_response, load_response
+from magsim.field.background.main_field import earth_along
 from magsim.field.composition import MAKERS, parts_on
-from magsim.field.dipoles import dipole_field
-from magsim.field.main_field import earth_along
-from magsim.field.memory import hysteresis, viscosity
 from magsim.field.situation import simulation_times, used_mounts
+from magsim.field.sources.dipoles import dipole_field
+from magsim.field.sources.memory import hysteresis, viscosity
 from magsim.frames import body_rates, rot_nb_from_attitude, rotate, rotate_about, rotate_back
 from magsim.scenario import Scenario
 from magsim.trajectory import Flight, Trajectory

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from magsim.field.loads import Steps, cycles, lagged, pulses, switched
+from magsim.field.wiring.loads import Steps, cycles, lagged, pulses, switched
 from magsim.streams import stream
 
 STEP_S = 1.0 / 120.0

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from magsim.field.meshes import Surface, icosphere
-from magsim.field.meshfile import MAX_TRIANGLES, placed, read_surface
-from magsim.field.soundness import check_surface
+from magsim.field.geometry.meshes import Surface, icosphere
+from magsim.field.geometry.meshfile import MAX_TRIANGLES, placed, read_surface
+from magsim.field.geometry.soundness import check_surface
 
 SPHERE = icosphere(2, 0.5)
 

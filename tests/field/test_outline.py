@@ -12,12 +12,12 @@ from magsim.aircraft import Aircraft, Magnetics, load_aircraft
 from magsim.aircraft.magnetics import DrawnOutline, Skin
 from magsim.errors import RequestError
 from magsim.field import compute_response, load_response, obstacles
-from magsim.field.lofts import ellipse, superellipse, volume
-from magsim.field.meshes import Surface, box_surface, icosphere
-from magsim.field.outline import Outline, checked, graded, join, outline
-from magsim.field.refine import distance_to_triangles, refine
-from magsim.field.skin import ThinShells, driven_modes, stream_field
-from magsim.field.skin_model import SkinModel, compute_skin, shells_of
+from magsim.field.geometry.meshes import Surface, box_surface, icosphere
+from magsim.field.geometry.refine import distance_to_triangles, refine
+from magsim.field.metal.skin.lofts import ellipse, superellipse, volume
+from magsim.field.metal.skin.mesh import Outline, checked, graded, join, outline
+from magsim.field.metal.skin.model import SkinModel, compute_skin, shells_of
+from magsim.field.metal.skin.shells import ThinShells, driven_modes, stream_field
 
 NOWHERE = np.zeros((0, 3))
 

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 from magsim.aircraft import Aircraft, Magnetics, load_aircraft
 from magsim.errors import RequestError
 from magsim.field import AircraftResponse, compute_response, load_response
-from magsim.field.dipoles import dipole_field
+from magsim.field.sources.dipoles import dipole_field
 
 ARRAYS = ("positions_m", "permanent_nt", "induced", "induced_gradient", "tau_s", "drive", "field")
 

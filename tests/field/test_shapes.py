@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from magsim.field.induced import InducedModel, Sheet, Solid
-from magsim.field.meshes import Surface, Tetrahedra, ball, boundary, cylinder
-from magsim.field.shapes import graded, loft, mirrored, plate, strip, tube
-from magsim.field.soundness import check_surface
-from magsim.field.steel import steel_parts
+from magsim.field.geometry.meshes import Surface, Tetrahedra, ball, boundary, cylinder
+from magsim.field.geometry.soundness import check_surface
+from magsim.field.metal.steel.induced import InducedModel, Sheet, Solid
+from magsim.field.metal.steel.model import steel_parts
+from magsim.field.metal.steel.shapes import graded, loft, mirrored, plate, strip, tube
 from tests.support.steel_kinds import ALL_KINDS, steel
 
 BENT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.5, 0.0], [1.5, 0.5, 1.0]])

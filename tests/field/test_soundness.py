@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magsim.field.meshes import Surface, box_surface, icosphere
-from magsim.field.soundness import check_surface, first_touch, point_triangle, triangle_distance, winding
+from magsim.field.geometry.meshes import Surface, box_surface, icosphere
+from magsim.field.geometry.soundness import check_surface, first_touch, point_triangle, triangle_distance, winding
 
 SPHERE = icosphere(2, 0.5)
 

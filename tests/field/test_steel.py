@@ -9,10 +9,10 @@ import pytest
 from magsim.aircraft import Aircraft, load_aircraft, mesh_files
 from magsim.errors import RequestError
 from magsim.field import compute_response, load_response, obstacles, response_at
-from magsim.field.dipoles import dipole_field
-from magsim.field.meshes import box_surface, icosphere
-from magsim.field.meshfile import MAX_TRIANGLES
-from magsim.field.steel import MAX_PANELS, SteelModel, load_steel
+from magsim.field.geometry.meshes import box_surface, icosphere
+from magsim.field.geometry.meshfile import MAX_TRIANGLES
+from magsim.field.metal.steel.model import MAX_PANELS, SteelModel, load_steel
+from magsim.field.sources.dipoles import dipole_field
 from magsim.units import MU0
 from tests.field.test_meshfile import exported
 from tests.support import bodies

@@ -10,13 +10,13 @@ from magsim.aircraft import Aircraft, Bird, Magnetics, load_aircraft, load_bird
 from magsim.earth import decimal_years, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.errors import RequestError
 from magsim.field import compute_field, compute_tow_field, load_response, response_at
+from magsim.field.background.crust import crust_of
 from magsim.field.composition import with_background
-from magsim.field.crust import crust_of
-from magsim.field.dipoles import dipole_field
-from magsim.field.memory import remembered
-from magsim.field.metal import eddy_field
-from magsim.field.rotors import turning_of
+from magsim.field.platform import eddy_field
 from magsim.field.situation import Situation, simulation_times
+from magsim.field.sources.dipoles import dipole_field
+from magsim.field.sources.memory import remembered
+from magsim.field.sources.rotors import turning_of
 from magsim.field.towed import carrier_field, metal_field, smoothed, steady_background, turning_field, whittaker
 from magsim.flight import fly
 from magsim.frames import body_rates, rot_nb_from_attitude, rotate_about
@@ -80,7 +80,7 @@ TOY = {
     },
     "steel": [STEEL],
     "coils": [{"name": "ring", "vertices_m": RING, "wire_radius_m": 0.02, "time_constant_s": 0.02, "source": "a test"}],
-    "circuits": [
+    "feeders": [
         {
             "name": "lamp",
             "wire_radius_m": 0.005,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from magsim.aircraft import Aircraft, load_aircraft
+from magsim.planning import FlyableScenario
 from magsim.scenario import Scenario
 
 
@@ -27,6 +28,6 @@ def scenario_of(cessna: Aircraft) -> Callable[..., Scenario]:
             "pattern": pattern,
             "sensors": {"scalar": [{"name": "cabin", "mount": next(iter(cessna.mounts))}]},
         }
-        return Scenario.model_validate(raw | tables, context={"aircraft": cessna})
+        return FlyableScenario.model_validate(raw | tables, context={"aircraft": cessna})
 
     return make

@@ -15,7 +15,7 @@ from magsim.generation.comparison import Reference
 from magsim.generation.description import statistics
 from magsim.generation.description.samples import SAMPLES
 from magsim.generation.description.statistics import STATISTICS
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 
 RENEW = "run: magsim dataset build {} --renew --force"
 

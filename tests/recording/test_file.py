@@ -18,8 +18,8 @@ from magsim import columns
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.recording import Recording, file, read_recordings, write_recordings
 from magsim.recording.verify import verify
-from magsim.storage import hdf5, vetting
-from magsim.storage.seal import SEAL_BYTES, seal_state
+from magsim.storage import hdf5, inspection
+from magsim.storage.checksum import CHECKSUM_BYTES, checksum_state
 from tests.benchmarks.hostile_files import Watch, read_apart, write_mutated
 from tests.support.crafted import crafted, digest_of, recording
 from tests.support.paths import ROOT
@@ -277,8 +277,8 @@ def test_a_single_changed_byte_anywhere_is_noticed(path, tmp_path):
 
 def test_damage_behind_a_broken_seal_never_harms(path, tmp_path, monkeypatch):
     """Files without a seal, as another program leaves them: HDF5 itself may crash or hang, the reader may not."""
-    monkeypatch.setattr(vetting, "VET_TIMEOUT_S", 1.0)
-    data = path.read_bytes()[:-SEAL_BYTES]
+    monkeypatch.setattr(inspection, "TIMEOUT_S", 1.0)
+    data = path.read_bytes()[:-CHECKSUM_BYTES]
     header = np.flatnonzero(np.frombuffer(data, np.uint8))
     rng = np.random.default_rng(2)
     changed = tmp_path / "changed.h5"
@@ -293,7 +293,7 @@ def test_damage_behind_a_broken_seal_never_harms(path, tmp_path, monkeypatch):
 
 def test_the_seal_is_the_checksum_that_other_tools_compute(path):
     data = path.read_bytes()
-    body, tail = data[:-SEAL_BYTES], data[-SEAL_BYTES:]
+    body, tail = data[:-CHECKSUM_BYTES], data[-CHECKSUM_BYTES:]
     assert tail == b"magsim-sha256:" + hashlib.sha256(body).hexdigest().encode() + b"\n"
 
 
@@ -309,13 +309,13 @@ def test_a_sound_file_is_verified(path):
 
 def test_verify_finds_any_changed_byte_those_of_the_checksum_too(path, tmp_path, monkeypatch):
     """No file of these reaches HDF5 in this process unless its child could read it."""
-    monkeypatch.setattr(vetting, "VET_TIMEOUT_S", 1.0)
+    monkeypatch.setattr(inspection, "TIMEOUT_S", 1.0)
     data = path.read_bytes()
     changed = tmp_path / "changed.h5"
     rng = np.random.default_rng(9)
     used = np.flatnonzero(np.frombuffer(data, np.uint8))
     positions = {*rng.choice(used, 5).tolist(), *rng.integers(len(data), size=4).tolist()}
-    positions |= {0, 8, *range(len(data) - SEAL_BYTES, len(data), 20), len(data) - 1}
+    positions |= {0, 8, *range(len(data) - CHECKSUM_BYTES, len(data), 20), len(data) - 1}
     for position in sorted(positions):
         broken = bytearray(data)
         broken[position] ^= int(rng.integers(1, 256))
@@ -330,10 +330,10 @@ def test_verify_finds_any_changed_byte_those_of_the_checksum_too(path, tmp_path,
 def test_the_checksum_fails_for_every_single_byte(path, tmp_path):
     data = bytearray(path.read_bytes())
     changed = tmp_path / "changed.h5"
-    for position in [*range(8, len(data), 499), *range(len(data) - SEAL_BYTES, len(data))]:
+    for position in [*range(8, len(data), 499), *range(len(data) - CHECKSUM_BYTES, len(data))]:
         data[position] ^= 0x55
         changed.write_bytes(data)
-        assert seal_state(changed).kind == "broken", position
+        assert checksum_state(changed).kind == "broken", position
         data[position] ^= 0x55
 
 
@@ -341,7 +341,7 @@ def told_by_verify(path: Path, change: object, *, seal: bool) -> list[str]:
     with h5py.File(path, "a") as opened:
         change(opened["flights/000001"])
     if seal:
-        hdf5.seal(path)
+        hdf5.add_checksum(path)
     with pytest.raises(DataError) as caught:
         verify(path)
     return [line.removeprefix(f"{path}: ") for line in str(caught.value).splitlines()]
@@ -361,7 +361,7 @@ def test_verify_tells_the_differences_of_every_flight(tmp_path):
     with h5py.File(shard, "a") as opened:
         opened["flights/000001/input"][3, 0] = np.nan
         opened["flights/000003/label"][3, 0] = 1.0
-    hdf5.seal(shard)
+    hdf5.add_checksum(shard)
     with pytest.raises(DataError) as caught:
         verify(shard)
     assert [line.removeprefix(f"{shard}: flights/") for line in str(caught.value).splitlines()] == [
@@ -399,8 +399,8 @@ def test_files_of_version_1_are_read_and_verified(path):
     with h5py.File(path, "a") as opened:
         opened.attrs.modify("schema_version", 1)
         opened.visititems(lambda _, item: item.attrs.pop("sha256", None) and None)
-    hdf5.seal(path)
-    vetting._KNOWN.clear()
+    hdf5.add_checksum(path)
+    inspection._RESULTS.clear()
     read, wrote = Recording.read(path), make()
     assert all(read[name].tobytes() == wrote[name].tobytes() for name in wrote.data)
     assert verify(path).flights == ("box",)
@@ -436,19 +436,19 @@ def test_a_shard_with_a_bad_flight_is_not_written(tmp_path):
 
 def test_a_seal_that_fits_is_not_trusted(path):
     """Another process may have made it: the file is walked through by a child all the same."""
-    vetting._KNOWN.clear()
+    inspection._RESULTS.clear()
     with h5py.File(path, "a") as opened:
         opened["x"] = h5py.SoftLink("/flights")
-    hdf5.seal(path)
-    vetting._KNOWN.clear()
+    hdf5.add_checksum(path)
+    inspection._RESULTS.clear()
     with pytest.raises(DataError, match="has a member 'x' that is a link to elsewhere"):
         read_recordings(path)
 
 
 def test_bytes_that_were_walked_through_once_are_not_again(path, monkeypatch):
-    vetting._KNOWN.clear()
+    inspection._RESULTS.clear()
     assert len(read_recordings(path)) == 1
-    monkeypatch.setattr(vetting, "VET_PROGRAM", Path("/nowhere"))
+    monkeypatch.setattr(inspection, "INSPECTOR", Path("/nowhere"))
     assert len(read_recordings(path)) == 1
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from magsim import columns
 from magsim.errors import RequestError
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.scenario import load_scenario
 from magsim.signals import band_pass
 from magsim.simulation import simulate
 from tests.support.paths import ROOT

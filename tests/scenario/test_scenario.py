@@ -10,7 +10,8 @@ import pytest
 from magsim import assets
 from magsim.aircraft import load_aircraft
 from magsim.errors import RequestError
-from magsim.scenario import PatternBase, Scenario, load_scenario, parts_of
+from magsim.loading import load_scenario
+from magsim.scenario import PatternBase, Scenario, parts_of
 from magsim.simulation import simulate
 from magsim.units import G0
 

@@ -7,7 +7,7 @@ import pytest
 
 from magsim import cli
 from magsim.errors import DataError, RequestError
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.simulation import simulate
 from tests.support.towed import TEXT
 

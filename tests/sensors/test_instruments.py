@@ -6,10 +6,12 @@ import pytest
 from magsim.errors import RequestError
 from magsim.scenario import Cabin, FluxgateSensor, Ins, ScalarSensor
 from magsim.sensors import fluxgate as flux
-from magsim.sensors import fluxgate_columns, scalar_columns, temperature_c
 from magsim.sensors import scalar as vapor
 from magsim.sensors.acquisition import Counter
+from magsim.sensors.cabin import temperature_c
+from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.sensors.noise import white_noise
+from magsim.sensors.scalar import scalar_columns
 from magsim.signals import between, first_order_lag, gauss_markov, window_mean
 from magsim.streams import stream
 from tests.support.allan import allan, gauss_markov_allan
@@ -260,7 +262,7 @@ def test_presets_fill_what_is_left_out():
     ],
 )
 def test_wrong_keys_are_told(text, wanted):
-    from magsim.scenario import load_scenario
+    from magsim.loading import load_scenario
 
     with pytest.raises(RequestError, match=wanted):
         load_scenario("calibration_c208b", [text])

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from magsim.compensation.ridge import fit_ridge
 
 from magsim import assets, columns, metrics, signals
 from magsim.compensation import TollesLawson
-from magsim.compensation.ridge import fit_ridge
 from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.generation.comparison import Reference
 from magsim.generation.description import samples
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.simulation import record
 from tests.benchmarks.compensation_accuracy import (
     CEILING,

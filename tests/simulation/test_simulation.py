@@ -11,7 +11,8 @@ import magsim
 from magsim import columns
 from magsim.aircraft import Aircraft
 from magsim.errors import DataError
-from magsim.scenario import LoadedScenario, Scenario, load_scenario
+from magsim.loading import LoadedScenario, load_scenario
+from magsim.scenario import Scenario
 from magsim.simulation import record, simulate
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
 from magsim.truth import FieldTruth

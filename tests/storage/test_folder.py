@@ -1,4 +1,4 @@
-"""Folders whole or not at all."""
+"""Folders are written completely or not at all."""
 
 import os
 import subprocess
@@ -73,7 +73,7 @@ def test_nothing_is_left_behind_when_writing_fails(tmp_path, error):
         ("x" * 300, "cannot write "),
     ],
 )
-def test_targets_that_cannot_be(tmp_path, path, text):
+def test_targets_that_cannot_be_written(tmp_path, path, text):
     (tmp_path / "file").write_text("")
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
@@ -83,7 +83,7 @@ def test_targets_that_cannot_be(tmp_path, path, text):
     assert names(tmp_path) == before
 
 
-def test_what_a_killed_writer_left_is_swept_and_what_a_living_one_writes_is_not(tmp_path):
+def test_leftovers_of_a_killed_writer_are_removed_and_the_folder_of_a_living_one_is_not(tmp_path):
     code = (
         "import sys, time; from pathlib import Path; from magsim.storage import atomic_folder\n"
         "def write(folder):\n"
@@ -113,7 +113,7 @@ def test_what_a_killed_writer_left_is_swept_and_what_a_living_one_writes_is_not(
         writer.stdout.close()
 
 
-def test_what_stood_there_comes_back_where_a_writer_was_killed_between_two_renames(tmp_path, monkeypatch):
+def test_the_previous_folder_comes_back_if_a_writer_is_killed_between_two_renames(tmp_path, monkeypatch):
     target = tmp_path / "set"
     atomic_folder(target, fill("old"))
     code = (
@@ -134,7 +134,7 @@ def test_what_stood_there_comes_back_where_a_writer_was_killed_between_two_renam
     assert names(tmp_path) == ["set"]
 
 
-def test_a_writer_that_is_killed_leaves_no_target_or_a_whole_one(tmp_path):
+def test_a_killed_writer_leaves_no_target_or_a_complete_one(tmp_path):
     code = (
         "import sys; from pathlib import Path; from magsim.storage import atomic_folder\n"
         "def write(folder):\n"

@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 from magsim.aircraft import Aircraft, load_aircraft, load_bird
 from magsim.earth import ecef_from_geodetic, radii_of_curvature, rot_ne_at
 from magsim.frames import body_rates, rotate
+from magsim.planning import FlyableScenario
 from magsim.scenario import Scenario
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight, Segment, Trajectory
@@ -76,7 +77,7 @@ def scenario(*, tow: dict | None = None, speed_mps: float = 28.0, **tables: obje
         "tow": {"gusts": {"speed_mps": 0.0}, "settle_s": 0.0} | (tow or {}),
         "sensors": {"scalar": [{"name": "bird", "body": "bird", "mount": "nose"}]},
     }
-    return Scenario.model_validate(raw | tables, context={"aircraft": helicopter(), "bird": load_bird("bird")})
+    return FlyableScenario.model_validate(raw | tables, context={"aircraft": helicopter(), "bird": load_bird("bird")})
 
 
 def flight_of(trajectory: Trajectory, wind_n: Callable[[np.ndarray], np.ndarray] | None = None) -> Flight:

@@ -9,7 +9,7 @@ import numpy as np
 
 from magsim.recording import Recording
 from magsim.storage import hdf5
-from magsim.storage.seal import SEAL_BYTES
+from magsim.storage.checksum import CHECKSUM_BYTES
 
 CANARY = 31_415.926535
 """Value that the secret files are full of: it must never come out of a reader."""
@@ -130,14 +130,14 @@ def crafted(folder: Path) -> dict[str, Path]:
         recording().write(path)
         with h5py.File(path, "a") as file:
             change(file, file["flights/000001"])
-        hdf5.seal(path)
+        hdf5.add_checksum(path)
         paths[name] = path
     return paths
 
 
 def mutate(data: bytes, rng: np.random.Generator) -> bytes:
     """A copy with 1 to 8 changed bytes, mostly in the structure; a third without checksum, a third with a new one."""
-    body = bytearray(data[:-SEAL_BYTES])
+    body = bytearray(data[:-CHECKSUM_BYTES])
     kind = int(rng.integers(3))
     structure = np.flatnonzero(np.frombuffer(bytes(body), np.uint8))
     for _ in range(int(rng.integers(1, 9))):
@@ -145,7 +145,7 @@ def mutate(data: bytes, rng: np.random.Generator) -> bytes:
         position = int(rng.integers(len(body))) if anywhere else int(rng.choice(structure))
         body[position] ^= int(rng.integers(1, 256))
     if kind == 0:
-        return bytes(body) + data[-SEAL_BYTES:]
+        return bytes(body) + data[-CHECKSUM_BYTES:]
     return bytes(body) if kind == 1 else sealed(bytes(body))
 
 

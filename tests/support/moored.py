@@ -8,7 +8,7 @@ from pathlib import Path
 import moordyn
 import numpy as np
 
-from magsim.flight.tow.line import Line
+from magsim.flight.tow.chain import Line
 from magsim.units import G0
 
 DEPTH_M = 100.0

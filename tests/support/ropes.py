@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.special import j0, j1, y0, y1
 
-from magsim.flight.tow.line import Body, Line, Rope, ball
+from magsim.flight.tow.chain import Body, Line, Rope, ball
 from magsim.units import G0
 
 AIR = 1.19

@@ -6,10 +6,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from magsim.flight.tow.chain import advance
-from magsim.flight.tow.line import Line
-from magsim.flight.tow.steady import steady
-from magsim.flight.tow.swing import hanging
+from magsim.flight.tow.chain import Line
+from magsim.flight.tow.dynamics import advance
+from magsim.flight.tow.equilibrium import hanging, steady
 from tests.support.ropes import AIR, air_of
 
 Drive = Callable[[np.ndarray], np.ndarray]

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magsim.flight.plant import load_from
-from magsim.flight.rates import INTEGRATORS
+from magsim.flight.model.instance import load_from
+from magsim.flight.model.rates import INTEGRATORS
 from magsim.units import FT
 from tests.support.paths import REFERENCE_DATA
 

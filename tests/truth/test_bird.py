@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import load_bird
-from magsim.flight.tow import chain
-from magsim.flight.tow.line import Line
+from magsim.flight.tow import dynamics as chain
+from magsim.flight.tow.chain import Line
+from magsim.flight.tow.equilibrium import steady
 from magsim.flight.tow.modes import modes
 from magsim.flight.tow.setup import line_of
-from magsim.flight.tow.steady import steady
 from magsim.scenario import Tow
 from magsim.streams import stream
 from tests.benchmarks.tow_rows.modes import mode

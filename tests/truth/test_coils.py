@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipe, ellipk
 
-from magsim.field.coils import Loop, inductance, inductance_matrix
+from magsim.field.metal.coils import Loop, inductance, inductance_matrix
 from magsim.units import MU0
 
 

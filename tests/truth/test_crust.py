@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magsim.earth import LocalFrame, ecef_from_geodetic, rot_ne_at
-from magsim.field.crust import CrustField, Modes, draw_modes
+from magsim.field.background.crust import CrustField, Modes, draw_modes
 from magsim.streams import stream
 
 SETTINGS = {

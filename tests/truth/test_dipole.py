@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from magsim.aircraft import load_aircraft
-from magsim.field.dipoles import SCALE, HingedDipole, dipole_field, dipole_gradient, hinged_field
+from magsim.field.sources.dipoles import SCALE, HingedDipole, dipole_field, dipole_gradient, hinged_field
 from magsim.frames import rotate_about
 from magsim.units import NT_PER_T
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from magsim.field.coils import Loop, inductance_matrix
-from magsim.field.eddy import Modes, derivative, reduce_to_modes, slow_limit, step_field, step_rate
+from magsim.field.metal.coils import Loop, inductance_matrix
+from magsim.field.metal.eddy import Modes, reduce_to_modes, slow_limit, step_field, step_rate
+from magsim.field.stepping import derivative
 
 TAU = 0.010
 

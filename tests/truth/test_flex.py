@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magsim.field.dipoles import dipole_field, dipole_gradient
-from magsim.field.flex import REACH_M, FlexMode, bend, moved, specific_force
+from magsim.field.sources.dipoles import dipole_field, dipole_gradient
+from magsim.field.sources.flex import REACH_M, FlexMode, bend, moved, specific_force
 from magsim.frames import rot_nb_from_attitude
 from magsim.trajectory import Trajectory
 from magsim.units import G0

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from magsim.field.induced import Body, InducedModel, Sheet, Solid
-from magsim.field.meshes import (
+from magsim.field.geometry.meshes import (
     Surface,
     Tetrahedra,
     ball,
@@ -15,6 +14,7 @@ from magsim.field.meshes import (
     icosphere,
     shell_solid,
 )
+from magsim.field.metal.steel.induced import Body, InducedModel, Sheet, Solid
 from tests.support import bodies
 
 RADIUS, MU = 0.5, 100.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from magsim import columns, metrics, signals
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.simulation import simulate
 
 LINEAR = (

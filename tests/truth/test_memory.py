@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from magsim.field.hold import first_order, hold_weights
-from magsim.field.memory import hysteresis, play, viscosity
+from magsim.field.sources.memory import hysteresis, play, viscosity
+from magsim.field.stepping import first_order, hold_weights
 
 RADII = (2500.0, 8000.0, 16000.0)
 WEIGHTS = (0.02, 0.03, 0.01)

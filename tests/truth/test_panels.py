@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magsim.field.meshes import box_surface, icosphere
-from magsim.field.panels import (
+from magsim.field.geometry.meshes import box_surface, icosphere
+from magsim.field.geometry.panels import (
     RULE_7,
     RULE_28,
     Panels,

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from magsim.field.induced import Body, InducedModel, Part, Sheet, Solid
-from magsim.field.meshes import ball, icosphere
-from magsim.field.reaction import dipole_charge
+from magsim.field.geometry.meshes import ball, icosphere
+from magsim.field.metal.steel.induced import Body, InducedModel, Part, Sheet, Solid
+from magsim.field.metal.steel.reaction import dipole_charge
 from tests.support import bodies
 
 RADIUS = 0.5

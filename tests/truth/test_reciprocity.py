@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import load_aircraft
-from magsim.field.induced import InducedModel
+from magsim.field.metal.steel.induced import InducedModel
+from magsim.field.metal.steel.model import steel_parts
 from magsim.field.response import compute_response
-from magsim.field.steel import steel_parts
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from magsim.flight.tow import chain
-from magsim.flight.tow.line import Body, Line, ball
-from magsim.flight.tow.steady import steady
-from magsim.scenario.tow import WHIP_G
+from magsim.flight.tow import dynamics as chain
+from magsim.flight.tow.chain import Body, Line, ball
+from magsim.flight.tow.equilibrium import steady
+from magsim.planning import WHIP_G
 from magsim.streams import stream
 from magsim.units import G0
 from tests.benchmarks.tow_rows.steady import trail_flown

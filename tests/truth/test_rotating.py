@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
-from magsim.field.dipoles import dipole_field
-from magsim.field.rotors import (
+from magsim.field.sources.dipoles import dipole_field
+from magsim.field.sources.rotors import (
     RotatingPart,
     Turning,
     mean_tone,

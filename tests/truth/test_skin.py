@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from magsim.field.eddy import reduce_to_modes, slow_limit
-from magsim.field.meshes import Surface, disc_grid, icosphere
-from magsim.field.skin import ThinShells, driven_modes, phasor_streams, stream_field, time_constants
+from magsim.field.geometry.meshes import Surface, disc_grid, icosphere
+from magsim.field.metal.eddy import reduce_to_modes, slow_limit
+from magsim.field.metal.skin.shells import ThinShells, driven_modes, phasor_streams, stream_field, time_constants
 from magsim.units import MU0
 
 RADIUS, CONDUCTANCE = 0.8, 1.74e4

@@ -6,9 +6,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from magsim.earth import decimal_year, ecef_from_geodetic, igrf, rot_ne_at
-from magsim.field.dipoles import dipole_field
-from magsim.field.prism import prism_field
-from magsim.field.targets import source_of, sources_of
+from magsim.field.background.prism import prism_field
+from magsim.field.background.targets import source_of, sources_of
+from magsim.field.sources.dipoles import dipole_field
 from magsim.scenario import Scenario
 from magsim.terrain import Flat, Ground, TangentPlane
 from magsim.units import MU0, NT_PER_T

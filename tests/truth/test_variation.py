@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from magsim.field.variation import CLASSES, daily, draw_packets, local_hour, pulsations, variation_n
+from magsim.field.background.variation import CLASSES, daily, draw_packets, local_hour, pulsations, variation_n
 from magsim.scenario import Scenario, Variation
 from magsim.streams import stream
 

@@ -1,4 +1,4 @@
-"""Neural compensators: torch modules on what a Tolles-Lawson stage leaves. Needs ``magsim[train]``."""
+"""Neural compensators: torch modules on what a Tolles-Lawson stage leaves. Needs ``aeromagsim[train]``."""
 
 from magsim import training as _training  # noqa: F401 - its message about a missing torch comes first
 from magsim.compensation.networks.bp import SampleMLP, WindowMLP

@@ -9,11 +9,12 @@ from numba import njit
 
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import SPIN_RADPS, gravity_n
-from magsim.flight.tow.chain import advance, nodes_of, pull_on_hook
+from magsim.flight.model.channels import CarrierState
+from magsim.flight.tow.chain import Line
+from magsim.flight.tow.dynamics import advance, nodes_of, pull_on_hook
+from magsim.flight.tow.equilibrium import Steady, hanging
 from magsim.flight.tow.hook import GUST_HZ, gust_knots
-from magsim.flight.tow.line import Felt, Line
-from magsim.flight.tow.steady import Steady
-from magsim.flight.tow.swing import Swing, hanging
+from magsim.flight.tow.motion import Swing
 from magsim.scenario import Gusts
 
 RAMP_S = 10.0
@@ -65,14 +66,14 @@ class Coupled:
         self._rows, self._least, self._most = array("d"), math.inf, -math.inf
         self._slack: int | None = None
 
-    def begin(self, felt: Felt) -> None:
+    def begin(self, felt: CarrierState) -> None:
         """Hang the line below a carrier that flies straight and level."""
         self._velocity_e, rot_ne = _hook(np.array(felt), self._arm_b)
         self._feel(felt, rot_ne, np.zeros(3), self._steps)
         self._state = hanging(self.line, self._found, self._air[2])
         self._log()
 
-    def step(self, felt: Felt) -> tuple[float, float, float]:
+    def step(self, felt: CarrierState) -> tuple[float, float, float]:
         """Step the line to where the carrier is now; returns its pull on the hook, north, east, down [N]."""
         assert self._state is not None
         before = self._velocity_e
@@ -91,7 +92,7 @@ class Coupled:
         north, east, down = taken_up * (rot_ne @ pull_on_hook(numbers, self._state, self._air[2]))
         return float(north), float(east), float(down)
 
-    def _feel(self, felt: Felt, rot_ne: np.ndarray, acceleration_e: np.ndarray, steps: int) -> None:
+    def _feel(self, felt: CarrierState, rot_ne: np.ndarray, acceleration_e: np.ndarray, steps: int) -> None:
         """Air and apparent gravity after so many steps; those of a step's middle are between both ends."""
         if steps % GRAVITY_STEPS == 0:
             self._gravity = float(gravity_n(felt.lat, felt.alt)[2])

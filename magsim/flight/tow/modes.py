@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magsim.flight.tow.chain import GAMMA, found
-from magsim.flight.tow.line import Line
-from magsim.flight.tow.steady import Steady
-from magsim.flight.tow.swing import hanging
+from magsim.flight.tow.chain import Line
+from magsim.flight.tow.dynamics import GAMMA, found
+from magsim.flight.tow.equilibrium import Steady, hanging
 from magsim.units import G0
 
 STEP = 1e-6

@@ -9,11 +9,11 @@ import numpy as np
 from magsim.aircraft import Aircraft, Bird
 from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
+from magsim.flight.tow.chain import Body, Line, Rope
 from magsim.flight.tow.coupled import Coupled
+from magsim.flight.tow.equilibrium import Steady, steady
 from magsim.flight.tow.hook import EARTH_SPIN_E
-from magsim.flight.tow.line import Body, Line, Rope
 from magsim.flight.tow.modes import modes
-from magsim.flight.tow.steady import Steady, steady
 from magsim.scenario import Scenario, Tow
 
 MOST_TRAIL = math.radians(70.0)

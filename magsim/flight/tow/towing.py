@@ -7,12 +7,13 @@ import numpy as np
 from magsim.aircraft import Aircraft, Bird
 from magsim.earth.wgs84 import geodetic_from_ecef, quaternion_en_at, rot_ne_at, transport_rate
 from magsim.errors import DataError, RequestError
+from magsim.flight.tow.chain import Line
+from magsim.flight.tow.equilibrium import Steady, hanging
 from magsim.flight.tow.hook import Hook, gusts_n
-from magsim.flight.tow.line import Line
+from magsim.flight.tow.integration import swing
 from magsim.flight.tow.modes import modes
+from magsim.flight.tow.motion import Swing
 from magsim.flight.tow.setup import equilibrium, hook_of, line_of
-from magsim.flight.tow.steady import Steady
-from magsim.flight.tow.swing import Swing, hanging, swing
 from magsim.frames import (
     attitude_from_quaternion_nb,
     quaternion_inverse,

@@ -30,7 +30,7 @@ def survey(folder: Path, dataset: str, made_on: dict[str, str], count: int) -> S
     dataset : str
         Name of the data set.
     made_on : dict
-        The machine that made it, see ``machine.fingerprint``.
+        The machine that made it, see ``storage.machine.fingerprint``.
     count : int
         Rows of each flight to keep as samples.
 

@@ -5,14 +5,14 @@ import numpy as np
 
 from magsim.earth import igrf, rot_ne_at
 from magsim.field import load_response
-from magsim.field.crust import crust, crust_of, draw_modes
-from magsim.field.path import FieldE, positions_along
-from magsim.field.prism import prism_field
+from magsim.field.background.crust import crust, crust_of, draw_modes
+from magsim.field.background.path import FieldE, positions_along
+from magsim.field.background.prism import prism_field
+from magsim.field.background.targets import sources_of, target
 from magsim.field.situation import Situation
-from magsim.field.targets import sources_of, target
 from magsim.flight import fly
 from magsim.frames import rotate, rotate_back
-from magsim.scenario import load_scenario
+from magsim.loading import load_scenario
 from magsim.streams import stream
 from magsim.units import MU0, NT_PER_T
 from tests.benchmarks.rows import Row, at_most

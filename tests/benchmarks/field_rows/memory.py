@@ -5,9 +5,9 @@ import time
 
 import numpy as np
 
-from magsim.field.flex import FlexMode, bend
-from magsim.field.memory import hysteresis, play, viscosity
-from magsim.field.rotors import Turning, mean_tone
+from magsim.field.sources.flex import FlexMode, bend
+from magsim.field.sources.memory import hysteresis, play, viscosity
+from magsim.field.sources.rotors import Turning, mean_tone
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most, stated
 

@@ -6,10 +6,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import load_aircraft
-from magsim.field.induced import Body, InducedModel, Part, Sheet, Solid
-from magsim.field.meshes import Surface, Tetrahedra, ball, box_surface, disc_grid, icosphere, shell_solid
-from magsim.field.reaction import dipole_charge
-from magsim.field.steel import check_apart, steel_parts
+from magsim.field.geometry.meshes import Surface, Tetrahedra, ball, box_surface, disc_grid, icosphere, shell_solid
+from magsim.field.metal.steel.induced import Body, InducedModel, Part, Sheet, Solid
+from magsim.field.metal.steel.model import check_apart, steel_parts
+from magsim.field.metal.steel.reaction import dipole_charge
 from tests.benchmarks.rows import Row, at_least, at_most, stated
 from tests.support import bodies
 from tests.support.steel_kinds import ALL_KINDS, steel

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from magsim.flight.tow.swing import swing
+from magsim.flight.tow.integration import swing
 from tests.benchmarks.rows import Row, at_least
 from tests.support.ropes import bird_line
 from tests.support.tows import at_rest, moved

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from magsim.flight.tow import chain
-from magsim.flight.tow.line import Line
-from magsim.flight.tow.steady import steady
-from magsim.flight.tow.swing import swing
+from magsim.flight.tow import dynamics as chain
+from magsim.flight.tow.chain import Line
+from magsim.flight.tow.equilibrium import steady
+from magsim.flight.tow.integration import swing
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most
 from tests.support.ropes import AIR, BIRD, ROPE, air_of, bird_line, body_loads, continuous_trail, masses, point_line

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from magsim.flight.tow.line import Line, ball
+from magsim.flight.tow.chain import Line, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, at_most, stated, within
 from tests.support.ropes import ROPE, bird_line

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth.gravity import SPIN_RADPS
-from magsim.flight.tow.line import Line, ball
+from magsim.flight.tow.chain import Line, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most, within
 from tests.support.ropes import ROPE, bird_line, compound_period, energy_j, flexible_period, lengths_m, point_line

@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from magsim.scenario.tow import WHIP_G
+from magsim.planning import WHIP_G
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, stated
 from tests.support.ropes import bird_line

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.flight.tow.line import Line, ball
+from magsim.flight.tow.chain import Line, ball
+from magsim.flight.tow.equilibrium import hanging, steady
+from magsim.flight.tow.integration import swing
 from magsim.flight.tow.modes import level_tow, modes
-from magsim.flight.tow.steady import steady
-from magsim.flight.tow.swing import hanging, swing
 from magsim.units import G0
 from tests.support.ropes import BIRD, ROPE
 

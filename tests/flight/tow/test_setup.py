@@ -7,8 +7,8 @@ import pytest
 
 from magsim.aircraft import Bird, load_aircraft, load_bird
 from magsim.errors import RequestError
+from magsim.flight.tow.equilibrium import steady
 from magsim.flight.tow.setup import MOST_TRAIL, equilibrium, hangs, hook_of, line_of
-from magsim.flight.tow.steady import steady
 from magsim.scenario import Tow
 
 DENSITY = 1.1

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.flight.tow import chain
-from magsim.flight.tow.line import Line, Rope
-from magsim.flight.tow.steady import steady
+from magsim.flight.tow import dynamics as chain
+from magsim.flight.tow.chain import Line, Rope
+from magsim.flight.tow.equilibrium import steady
 from magsim.units import G0
 from tests.support.ropes import AIR, BIRD, ROPE, air_of, bird_line, point_line
 from tests.support.tows import at_rest

@@ -5,11 +5,12 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 
-from magsim.flight.tow import swing as module
+from magsim.flight.tow import integration as module
+from magsim.flight.tow.chain import Line
+from magsim.flight.tow.equilibrium import Steady, hanging, steady
 from magsim.flight.tow.hook import EARTH_SPIN_E, Hook, gusts_n
-from magsim.flight.tow.line import Line
-from magsim.flight.tow.steady import Steady, steady
-from magsim.flight.tow.swing import Swing, hanging, swing
+from magsim.flight.tow.integration import swing
+from magsim.flight.tow.motion import Swing
 from magsim.scenario import Gusts
 from magsim.units import G0
 from tests.support.carriers import along_parallel

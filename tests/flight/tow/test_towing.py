@@ -11,11 +11,12 @@ from magsim.aircraft import Bird, load_bird
 from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.earth.gravity import gravity_n
 from magsim.errors import DataError, RequestError
+from magsim.flight.tow.chain import Line, ball
+from magsim.flight.tow.equilibrium import hanging, steady
 from magsim.flight.tow.hook import EARTH_SPIN_E, Hook
-from magsim.flight.tow.line import Line, ball
+from magsim.flight.tow.integration import swing
+from magsim.flight.tow.motion import Swing
 from magsim.flight.tow.setup import line_of
-from magsim.flight.tow.steady import steady
-from magsim.flight.tow.swing import Swing, hanging, swing
 from magsim.flight.tow.towing import rope_angles, tow_bird, trajectory
 from magsim.frames import body_rates, rot_nb_from_attitude, rotate
 from magsim.scenario import Tow

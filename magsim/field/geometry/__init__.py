@@ -1,0 +1,1 @@
+"""Triangles and tetrahedra: meshes, mesh files, refinement, soundness, and potential integrals over panels."""

@@ -1,0 +1,1 @@
+"""Soft magnetic steel: shapes, the equations of its magnetization, and the steel of one aircraft."""

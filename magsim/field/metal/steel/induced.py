@@ -1,0 +1,293 @@
+"""Magnetization that the ambient field induces in soft iron: finite elements joined to boundary elements.
+
+The reduced potential ``phi`` lives on the nodes of the steel (P1), the magnetic charge ``sigma`` on its surface
+triangles (P0); the air outside is exact::
+
+    V sigma = M phi,      K phi + M^T sigma = -K psi_0
+
+``psi_0`` is the potential of the ambient field. Thin sheets carry their potential constant through the thickness;
+a homogeneous body may be given by its surface alone. All parts interact. Inside, fields are in A/m for an ambient
+field of 1 A/m, so responses have no unit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.sparse.linalg import splu
+
+from magsim.field.geometry.meshes import Surface, Tetrahedra
+from magsim.field.geometry.panels import Panels, gradient, hat_slopes, hessian, mutual_potentials
+from magsim.field.metal.steel.interior import interior_stiffness
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Thin soft-magnetic sheet: a surface, its thickness [m] and its susceptibility ``mu_r - 1``."""
+
+    mesh: Surface
+    thickness_m: float
+    chi: float
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Soft-magnetic body: tetrahedra and their susceptibility, one number or one for each cell."""
+
+    mesh: Tetrahedra
+    chi: float | np.ndarray
+
+
+@dataclass(frozen=True)
+class Body:
+    """Homogeneous soft-magnetic body: its closed surface, outward, and its susceptibility."""
+
+    mesh: Surface
+    chi: float
+
+
+Part = Sheet | Solid | Body
+
+
+def _sheet_stiffness(sheet: Sheet, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Entries of K of a sheet: values, rows, columns."""
+    triangles = sheet.mesh.triangles
+    panels = Panels(sheet.mesh.vertices[triangles])
+    weight = sheet.chi * sheet.thickness_m * panels.areas
+    return _entries(weight, hat_slopes(panels), triangles + offset)
+
+
+def cell_slopes(mesh: Tetrahedra) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes of the four linear functions of each cell, (e, 4, 3) [1/m], and the volumes of the cells, (e,) [m^3]."""
+    corners = mesh.vertices[mesh.cells]
+    jacobian = corners[:, 1:] - corners[:, :1]
+    others = np.swapaxes(np.linalg.inv(jacobian), 1, 2)
+    slopes = np.concatenate([-others.sum(axis=1, keepdims=True), others], axis=1)
+    return slopes, np.abs(np.linalg.det(jacobian)) / 6.0
+
+
+def _solid_stiffness(solid: Solid, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Entries of K of a solid: values, rows, columns."""
+    slopes, volumes = cell_slopes(solid.mesh)
+    return _entries(np.broadcast_to(solid.chi, len(volumes)) * volumes, slopes, solid.mesh.cells + offset)
+
+
+def _stiffness(part: Part, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sparse entries of K of a part: values, rows, columns; a body has none, its stiffness is full."""
+    if isinstance(part, Sheet):
+        return _sheet_stiffness(part, offset)
+    if isinstance(part, Solid):
+        return _solid_stiffness(part, offset)
+    return np.zeros(0), np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+
+
+def charge_triangles(part: Part) -> np.ndarray:
+    """Triangles of a part that carry charge, (t, 3) int."""
+    if isinstance(part, Solid):
+        return charge_faces(part.mesh.cells, np.broadcast_to(part.chi, len(part.mesh.cells)))
+    return part.mesh.triangles
+
+
+def _entries(weight: np.ndarray, grads: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    local = weight[:, None, None] * np.einsum("eix,ejx->eij", grads, grads)
+    shape = local.shape
+    rows = np.broadcast_to(nodes[:, :, None], shape)
+    return local.ravel(), rows.ravel(), np.broadcast_to(nodes[:, None, :], shape).ravel()
+
+
+def charge_faces(cells: np.ndarray, chi: np.ndarray) -> np.ndarray:
+    """Faces of tetrahedra that carry charge: the boundary, and inner faces where the susceptibility jumps.
+
+    Parameters
+    ----------
+    cells : (e, 4) int
+    chi : (e,)
+
+    Returns
+    -------
+    (t, 3) int
+        Orientation is free: the potential of a charge layer does not depend on it.
+    """
+    faces = np.concatenate([np.delete(cells, corner, axis=1) for corner in range(4)])
+    owner = np.tile(np.arange(len(cells)), 4)
+    keys = np.sort(faces, axis=1)
+    order = np.lexsort(keys.T[::-1])
+    keys, owner = keys[order], owner[order]
+    starts = np.flatnonzero(np.r_[True, np.any(keys[1:] != keys[:-1], axis=1)])
+    counts = np.diff(np.r_[starts, len(keys)])
+    if counts.max() > 2:
+        msg = "a face belongs to more than two tetrahedra: the mesh is not conforming"
+        raise ValueError(msg)
+    partner = owner[np.minimum(starts + 1, len(owner) - 1)]
+    return keys[starts[(counts == 1) | (chi[owner[starts]] != chi[partner])]]
+
+
+def charge_field(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Field of charged triangles, (p, 3, k) [A/m].
+
+    Parameters
+    ----------
+    panels : Panels
+        ``t`` triangles.
+    charge : (t, k) [A/m]
+    points : (p, 3) [m]
+        Off the triangles. Each is worked on alone, so that its bits do not depend on the others.
+    """
+    return np.stack([-np.einsum("ti,tk->ik", gradient(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
+
+
+def charge_gradient(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Derivatives by the place of ``charge_field``, indexed (p, i, k, j) [A/m^2]."""
+    return np.stack([-np.einsum("tij,tk->ikj", hessian(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
+
+
+class InducedModel:
+    """Soft-magnetic parts, discretized and factorized; solves for any ambient potential.
+
+    Parameters
+    ----------
+    parts : sequence of Sheet, Solid or Body
+        They may not touch each other; bodies that touch belong into one mesh with a susceptibility for each cell.
+
+    Attributes
+    ----------
+    parts : tuple of Sheet, Solid or Body
+    starts : (parts + 1,) int
+        Number of the first node of each part, and of all nodes.
+    nodes : (n, 3) [m]
+    panels : Panels
+        The ``t`` triangles that carry charge.
+    part : (t,) int
+        Number of the part that a triangle belongs to.
+
+    Raises
+    ------
+    ValueError
+        If the parts touch, or there are none.
+    """
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        if not parts:
+            msg = "there is no soft-magnetic part to magnetize"
+            raise ValueError(msg)
+        starts = np.cumsum([0, *(len(part.mesh.vertices) for part in parts)])
+        faces = [charge_triangles(part) for part in parts]
+        self.parts, self.starts = tuple(parts), starts
+        self.nodes = np.concatenate([part.mesh.vertices for part in parts])
+        triangles = np.concatenate([face + start for face, start in zip(faces, starts, strict=False)])
+        self.panels = Panels(self.nodes[triangles])
+        self.part = np.repeat(np.arange(len(parts)), [len(face) for face in faces])
+        entries = [_stiffness(part, start) for part, start in zip(parts, starts, strict=False)]
+        value, row, column = (np.concatenate(items) for items in zip(*entries, strict=True))
+        self._stiffness = sparse.csr_array((value, (row, column)), shape=(len(self.nodes), len(self.nodes)))
+        try:
+            single = mutual_potentials(self.panels)
+            self._full = [
+                (slice(starts[i], starts[i + 1]), part.chi * self._body(i, part, single))
+                for i, part in enumerate(parts)
+                if isinstance(part, Body)
+            ]
+            self._factorize(triangles, single)
+        except LinAlgError as error:
+            msg = "soft-magnetic bodies touch or overlap; leave a gap between them or merge their meshes"
+            raise ValueError(msg) from error
+
+    def _body(self, number: int, part: Body, single: np.ndarray) -> np.ndarray:
+        own = np.flatnonzero(self.part == number)
+        return interior_stiffness(part.mesh, single[np.ix_(own, own)])
+
+    def _factorize(self, triangles: np.ndarray, single: np.ndarray) -> None:
+        """Schur complement on the surface nodes: (K_bb - K_bi K_ii^-1 K_ib + M^T V^-1 M) phi_b = r."""
+        surface = np.unique(triangles)
+        self._surface, self._inner = surface, np.setdiff1d(np.arange(len(self.nodes)), surface)
+        mass = np.zeros((len(triangles), len(surface)))
+        rows = np.repeat(np.arange(len(triangles)), 3)
+        np.add.at(mass, (rows, np.searchsorted(surface, triangles.ravel())), np.repeat(self.panels.areas / 3.0, 3))
+        self._root = cholesky(single, lower=True)
+        self._half = solve_triangular(self._root, mass, lower=True)
+        matrix = self._stiffness[surface][:, surface].toarray() + self._half.T @ self._half
+        for nodes, full in self._full:
+            at = np.searchsorted(surface, np.arange(nodes.start, nodes.stop))
+            matrix[np.ix_(at, at)] += full
+        self._lower = None
+        if len(self._inner):
+            coupling = self._stiffness[self._inner][:, surface]
+            self._coupling = coupling.tocsr()
+            self._lower = splu(self._stiffness[self._inner][:, self._inner].tocsc())
+            matrix -= coupling.T @ self._lower.solve(coupling.toarray())
+        self._schur = cho_factor(matrix, lower=True)
+
+    def stiff(self, potential: np.ndarray) -> np.ndarray:
+        """K applied to potentials at the nodes, (n, k)."""
+        out = self._stiffness @ potential
+        for nodes, full in self._full:
+            out[nodes] += full @ potential[nodes]
+        return out
+
+    def charge(self, potential: np.ndarray) -> np.ndarray:
+        """Surface charge for given ambient potentials.
+
+        Parameters
+        ----------
+        potential : (n, k) [A]
+            ``psi_0`` at the nodes, one column for each ambient field ``H_0 = -grad psi_0``.
+
+        Returns
+        -------
+        (t, k) [A/m]
+        """
+        return self.solve(-self.stiff(potential))
+
+    def solve(self, right: np.ndarray, defect: np.ndarray | None = None) -> np.ndarray:
+        """Surface charge with ``K phi + M^T sigma = right`` and ``V sigma = M phi - defect``.
+
+        Parameters
+        ----------
+        right : (n, k) [A m]
+        defect : (t, k) [A m^2], optional
+
+        Returns
+        -------
+        (t, k) [A/m]
+        """
+        reduced = right[self._surface]
+        if self._lower is not None:
+            reduced = reduced - self._coupling.T @ self._lower.solve(right[self._inner])
+        short = 0.0 if defect is None else solve_triangular(self._root, defect, lower=True)
+        if defect is not None:
+            reduced = reduced + self._half.T @ short
+        phi = cho_solve(self._schur, reduced)
+        return solve_triangular(self._root, self._half @ phi - short, lower=True, trans="T")
+
+    @cached_property
+    def uniform(self) -> np.ndarray:
+        """Surface charge for uniform ambient fields of 1 A/m along x, y and z, (t, 3) [A/m]."""
+        return self.charge(-self.nodes)
+
+    def response(self, points: np.ndarray, charge: np.ndarray | None = None) -> np.ndarray:
+        """Field of the charge, by default of a unit uniform field: ``D`` with ``B_induced = D B_0``.
+
+        Parameters
+        ----------
+        points : (p, 3) [m]
+            In the air.
+        charge : (t, k) [A/m], optional
+
+        Returns
+        -------
+        (p, 3, k)
+            [A/m] for each ambient field; ``(p, 3, 3)`` without unit by default.
+        """
+        return charge_field(self.panels, self.uniform if charge is None else charge, points)
+
+    def response_gradient(self, points: np.ndarray) -> np.ndarray:
+        """Derivatives ``dD_ik/dx_j`` of ``response``, indexed (p, i, k, j) [1/m]."""
+        return charge_gradient(self.panels, self.uniform, points)
+
+    def moment(self, charge: np.ndarray | None = None) -> np.ndarray:
+        """Magnetic moment of the charge, (3, k) [A m^2]; by default the polarizability ``alpha`` (3, 3) [m^3]."""
+        charge = self.uniform if charge is None else charge
+        return np.einsum("t,ti,tk->ik", self.panels.areas, self.panels.centroids, charge)

@@ -1,0 +1,395 @@
+"""The steel of an aircraft: its parts as meshes, magnetized together, and what that does at any place."""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from magsim.aircraft import Vehicle
+from magsim.aircraft.magnetics import (
+    Bar,
+    BoxSheet,
+    Cylinder,
+    FixedDipole,
+    Loft,
+    MeshPart,
+    Plate,
+    Steel,
+    Strip,
+)
+from magsim.arrays import readonly
+from magsim.errors import RequestError
+from magsim.field.geometry.meshes import Surface, Tetrahedra, boundary, box_surface, cylinder
+from magsim.field.geometry.meshfile import placed, read_surface
+from magsim.field.geometry.panels import Panels
+from magsim.field.geometry.soundness import check_surface, element_sizes, first_touch, place, point_triangle, winding
+from magsim.field.metal.steel.induced import (
+    Body,
+    InducedModel,
+    Part,
+    Sheet,
+    Solid,
+    charge_field,
+    charge_gradient,
+    charge_triangles,
+)
+from magsim.field.metal.steel.reaction import dipole_charge
+from magsim.field.metal.steel.shapes import loft, mirrored, plate, strip, tube
+from magsim.storage import cached
+from magsim.units import MU0, NT_PER_T
+
+Arrays = dict[str, np.ndarray]
+
+KEEP_OFF = 0.5
+"""Elements that a place must be away from the steel: there the field is still within a percent."""
+
+MAX_PANELS = 8000
+"""Most charged triangles of all parts together: half a gigabyte, and a quarter of a minute."""
+
+
+@dataclass(frozen=True)
+class SteelField:
+    """What the steel adds at ``p`` places.
+
+    Attributes
+    ----------
+    induced : (p, 3, 3)
+        ``D``: the induced field is ``D @ B_0``.
+    induced_gradient : (p, 3, 3, 3) [1/m]
+        ``dD_ik/dx_j``, indexed (p, i, k, j).
+    reaction_nt : (p, 3) [nT]
+        Field of what the permanent moments induce that are not installed ones.
+    reaction_gradient_nt_pm : (p, 3, 3) [nT/m]
+        ``dB_i/dx_j`` of it.
+    """
+
+    induced: np.ndarray
+    induced_gradient: np.ndarray
+    reaction_nt: np.ndarray
+    reaction_gradient_nt_pm: np.ndarray
+
+
+@dataclass(frozen=True)
+class SteelModel:
+    """Magnetized steel: the charge on its triangles for unit ambient fields, and for the permanent moments.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the parts.
+    corners : (t, 3, 3) [m]
+        Triangles that carry charge.
+    part : (t,) int
+        Number of the part that each belongs to.
+    charge : (t, 3) [A/m]
+        For ambient fields of 1 A/m along x, y and z.
+    reaction : (t,) [A/m]
+        For the permanent moments that are not installed ones.
+    polarizability : (3, 3) [m^3]
+        Moment of all parts together for an ambient field of 1 A/m.
+    walls : (w, 3, 3) [m]
+        Triangles around the solid parts, outward.
+    wall_part : (w,) int
+    """
+
+    names: tuple[str, ...]
+    corners: np.ndarray
+    part: np.ndarray
+    charge: np.ndarray
+    reaction: np.ndarray
+    polarizability: np.ndarray
+    walls: np.ndarray
+    wall_part: np.ndarray
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            if item.name in ("part", "wall_part"):
+                numbers = np.array(getattr(self, item.name), dtype=int)
+                numbers.flags.writeable = False
+                object.__setattr__(self, item.name, numbers)
+            elif item.name != "names":
+                object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
+
+    def at(self, points: np.ndarray, *, gradient: bool = True) -> SteelField:
+        """What the steel adds at places in the air.
+
+        Parameters
+        ----------
+        points : (p, 3) [m]
+            Body axes.
+        gradient : bool
+            Whether the gradients are asked for, which take two thirds of the time; else they are NaN.
+        """
+        points = np.asarray(points, dtype=float).reshape(-1, 3)
+        count, panels = len(points), Panels(self.corners)
+        both = np.column_stack([self.charge, self.reaction * MU0 * NT_PER_T])
+        field, slope = np.zeros((count, 3, 4)), np.full((count, 3, 4, 3), 0.0 if gradient else np.nan)
+        if len(panels):
+            field = charge_field(panels, both, points)
+            slope = charge_gradient(panels, both, points) if gradient else slope
+        return SteelField(field[..., :3], slope[..., :3, :], field[..., 3], slope[..., 3, :])
+
+    def obstacles(self, points: np.ndarray, *, elements: float = KEEP_OFF) -> list[str | None]:
+        """For each place what steel is in the way, with what is allowed; None where there is none.
+
+        Parameters
+        ----------
+        points : (p, 3) [m]
+        elements : float
+            How far a place must be from the steel, in sizes of the triangles there.
+        """
+        points = np.asarray(points, dtype=float).reshape(-1, 3)
+        out: list[str | None] = [None] * len(points)
+        for number, name in enumerate(self.names):
+            walls = self.walls[self.wall_part == number]
+            if len(walls):
+                low, high = walls.min(axis=(0, 1)), walls.max(axis=(0, 1))
+                rows = np.flatnonzero(np.all((points >= low) & (points <= high), axis=1))
+                for row in rows[winding(walls, points[rows]) != 0]:
+                    out[row] = out[row] or f"inside steel part {name!r}; allowed: a place in the air"
+        sizes = elements * element_sizes(self.corners) if len(self.corners) else np.zeros(0)
+        centers = self.corners.mean(axis=1)
+        reach = np.linalg.norm(self.corners - centers[:, None], axis=2).max(axis=1, initial=0.0) + sizes
+        for row, point in enumerate(points):
+            near = np.flatnonzero(np.linalg.norm(point - centers, axis=1) < reach)
+            if out[row] is not None or not len(near):
+                continue
+            distance = point_triangle(np.broadcast_to(point, (len(near), 3)), self.corners[near])
+            worst = int(np.argmin(distance / sizes[near]))
+            if distance[worst] < sizes[near[worst]]:
+                name = self.names[self.part[near[worst]]]
+                out[row] = (
+                    f"{distance[worst]:.3g} m from steel part {name!r}; "
+                    f"allowed: at least {sizes[near[worst]]:.3g} m, {elements:g} elements of its mesh there"
+                )
+        return out
+
+    def check(self, places: Mapping[str, Sequence[float]], *, elements: float = KEEP_OFF) -> None:
+        """Refuse places inside metal or closer to it than its mesh can tell.
+
+        Parameters
+        ----------
+        places : mapping of str to (3,) [m]
+            By the words that name them, like ``mount 'cabin'``.
+        elements : float
+            How far they must be from the steel.
+
+        Raises
+        ------
+        RequestError
+            One line for each place.
+        """
+        points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
+        found = zip(places, points, self.obstacles(points, elements=elements), strict=True)
+        lines = [f"{what} at {place(point)} is {obstacle}" for what, point, obstacle in found if obstacle is not None]
+        if lines:
+            raise RequestError("\n".join(lines))
+
+
+def _sheet_surface(part: Steel) -> Surface:
+    if isinstance(part, BoxSheet):
+        return box_surface(part.center_m, part.size_m, part.element_m)
+    if isinstance(part, Plate):
+        return plate(part.center_m, part.normal, part.along, part.size_m, part.element_m)
+    points = np.array(part.points_m)
+    if isinstance(part, Strip):
+        return strip(points, np.array(part.facing), part.width_m, part.element_m)
+    return tube(points, part.radius_m, part.sides, part.element_m, closed=part.closed)
+
+
+def _solid(part: Bar | Cylinder | Loft) -> Tetrahedra:
+    if isinstance(part, Cylinder):
+        return cylinder(
+            part.center_m, part.axis, radius=part.radius_m, length=part.length_m, rings=part.rings, layers=part.layers
+        )
+    if isinstance(part, Bar):
+        half = 0.5 * part.size_m[0] * np.array(part.along)
+        centers = np.array(part.center_m) + np.stack([-half, half])
+        return loft(centers, np.array([part.size_m[1:]] * 2), np.array(part.across), part.element_m)
+    centers = np.array([section.center_m for section in part.sections])
+    sizes = np.array([section.size_m for section in part.sections])
+    return loft(centers, sizes, np.array(part.across), part.element_m, round_section=part.shape == "ellipse")
+
+
+def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> Surface:
+    if part.file not in files:
+        msg = "was not read with the aircraft; allowed: an aircraft that holds its files"
+        raise ValueError(msg)
+    surface = read_surface(files[part.file], part.file.rpartition(".")[2])
+    structural = part.axes == "structural"
+    surface = placed(surface, unit_m=part.unit_m, structural=structural, position=np.array(part.position_m))
+    return check_surface(surface, closed=part.body == "solid")
+
+
+def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
+    """A part as the solver wants it. Its line may have led it through itself.
+
+    Raises
+    ------
+    ValueError
+        If its mesh is not sound; the text continues the part's name.
+    """
+    chi = part.mu_r - 1.0
+    if isinstance(part, MeshPart):
+        surface = _from_file(part, files)
+        return Body(surface, chi) if part.thickness_m is None else Sheet(surface, part.thickness_m, chi)
+    if isinstance(part, Bar | Cylinder | Loft):
+        mesh = _solid(part)
+        walls = boundary(mesh)
+        if isinstance(part, Loft):
+            check_surface(Surface(mesh.vertices, walls), closed=True)
+        return Solid(mesh, chi)
+    surface = _sheet_surface(part)
+    if not isinstance(part, BoxSheet | Plate):
+        check_surface(surface, closed=False)
+    return Sheet(surface, part.thickness_m, chi)
+
+
+def steel_parts(steel: Sequence[Steel], files: Mapping[str, bytes] | None = None) -> dict[str, Part]:
+    """All parts of an aircraft with their mirror images, by name.
+
+    Parameters
+    ----------
+    steel : sequence of Steel
+    files : mapping of str to bytes, optional
+        Files of triangles by name.
+
+    Raises
+    ------
+    RequestError
+        If a part's mesh is not sound, or there are too many triangles.
+    """
+    out: dict[str, Part] = {}
+    for part in steel:
+        try:
+            made = _part(part, files or {})
+        except ValueError as error:
+            file = f" ({part.file})" if isinstance(part, MeshPart) else ""
+            msg = f"steel part {part.name!r}{file} {error}"
+            raise RequestError(msg) from error
+        for name, mesh in zip(part.names, (made.mesh, mirrored(made.mesh)), strict=False):
+            out[name] = replace(made, mesh=mesh)
+    counts = {name: len(charge_triangles(part)) for name, part in out.items()}
+    if sum(counts.values()) > MAX_PANELS:
+        most = max(counts, key=lambda name: counts[name])
+        msg = (
+            f"the steel has {sum(counts.values())} charged triangles, most of them {most!r} with {counts[most]}; "
+            f"allowed: up to {MAX_PANELS}; larger elements make fewer"
+        )
+        raise RequestError(msg)
+    return out
+
+
+def _walls(part: Part) -> np.ndarray:
+    """Triangles around a solid part, outward, (w, 3, 3) [m]; none of a sheet."""
+    if isinstance(part, Sheet):
+        return np.empty((0, 3, 3))
+    return part.mesh.vertices[boundary(part.mesh) if isinstance(part, Solid) else part.mesh.triangles]
+
+
+def check_apart(parts: Mapping[str, Part]) -> None:
+    """Refuse parts that touch, or lie in the metal of another.
+
+    Raises
+    ------
+    RequestError
+    """
+    corners = {name: part.mesh.vertices[charge_triangles(part)] for name, part in parts.items()}
+    names = list(parts)
+    for number, name in enumerate(names):
+        for other in names[number + 1 :]:
+            touch = first_touch(corners[name], corners[other])
+            if touch is not None:
+                where, distance = touch
+                how = "touch or cross" if distance == 0.0 else f"are only {distance:.2g} m apart"
+                msg = (
+                    f"steel parts {name!r} and {other!r} {how} at {place(where)}; allowed: a gap of a fiftieth of an "
+                    "element; leave one, or make them one part"
+                )
+                raise RequestError(msg)
+    for outer, part in parts.items():
+        walls = _walls(part)
+        for name in names if len(walls) else ():
+            if name != outer and winding(walls, corners[name][:1, 0])[0] != 0:
+                msg = f"steel part {name!r} lies inside steel part {outer!r}; allowed: parts that do not overlap"
+                raise RequestError(msg)
+
+
+def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mapping[str, bytes]) -> Arrays:
+    """Arrays of a ``SteelModel`` by name."""
+    parts = steel_parts(steel, files)
+    check_apart(parts)
+    # LU and Cholesky give other last bits on another number of threads.
+    with threadpool_limits(limits=1):
+        try:
+            model = InducedModel(list(parts.values()))
+        except ValueError as error:
+            msg = f"the steel cannot be magnetized: {error}"
+            raise RequestError(msg) from error
+        walls = [_walls(part) for part in parts.values()]
+        arrays = {
+            "corners": model.panels.corners,
+            "part": model.part,
+            "charge": model.uniform,
+            "reaction": np.zeros(len(model.panels)),
+            "polarizability": model.moment(),
+            "walls": np.concatenate(walls),
+            "wall_part": np.repeat(np.arange(len(walls)), [len(wall) for wall in walls]),
+        }
+        bare = {f"dipole {d.name!r}, which is not installed,": d.position_m for d in dipoles if not d.installed}
+        try:
+            SteelModel(tuple(parts), **arrays).check(bare, elements=1.0)
+        except RequestError as error:
+            msg = f"{error}; or give its installed moment with installed = true"
+            raise RequestError(msg) from error
+        for dipole in dipoles:
+            if not dipole.installed:
+                arrays["reaction"] += dipole_charge(model, np.array(dipole.position_m), np.array(dipole.moment_am2))
+    return arrays
+
+
+def file_digests(aircraft: Vehicle) -> dict[str, str]:
+    """SHA-256 of the files of triangles of an aircraft, by name."""
+    return {name: hashlib.sha256(content).hexdigest() for name, content in aircraft.files.items()}
+
+
+def compute_steel(aircraft: Vehicle) -> SteelModel:
+    """The magnetized steel of an aircraft, computed anew on one thread.
+
+    Parameters
+    ----------
+    aircraft : Vehicle
+        Its steel, its permanent moments and the files of triangles count.
+
+    Raises
+    ------
+    RequestError
+        If a part's mesh is not sound, parts touch, or a moment that is not an installed one lies in or at the steel.
+    """
+    return _model(aircraft, lambda _, make: make())
+
+
+def load_steel(aircraft: Vehicle) -> SteelModel:
+    """The same as ``compute_steel``, kept by content: the first call computes, later ones read."""
+    return _model(aircraft, lambda key, make: cached("steel", key, make))
+
+
+def _model(aircraft: Vehicle, get: Callable[[dict[str, object], Callable[[], Arrays]], Arrays]) -> SteelModel:
+    steel = aircraft.magnetics.steel
+    dipoles = [dipole for dipole in aircraft.magnetics.permanent if not dipole.installed]
+    if not steel:
+        none = np.empty((0, 3, 3))
+        return SteelModel((), none, np.empty(0), np.empty((0, 3)), np.empty(0), np.zeros((3, 3)), none, np.empty(0))
+    key = {
+        "steel": [part.model_dump(mode="json", exclude={"source"}) for part in steel],
+        "dipoles": [dipole.model_dump(mode="json", exclude={"source"}) for dipole in dipoles],
+        "files": file_digests(aircraft),
+    }
+    names = tuple(name for part in steel for name in part.names)
+    try:
+        return SteelModel(names, **get(key, lambda: _solve(steel, dipoles, aircraft.files)))
+    except RequestError as error:
+        lines = [f"aircraft {aircraft.name}: {line}" for line in str(error).splitlines()]
+        raise RequestError("\n".join(lines)) from error

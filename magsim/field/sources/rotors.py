@@ -1,0 +1,252 @@
+"""What turns: dipoles and steel on a propeller shaft, as the mean over each step.
+
+A propeller turns faster than fields are sampled. A sample here is not the value at an instant but the exact mean over
+the step around it, so that the sum of whole steps is the integral over them: a frequency counter that counts over such
+a window gets the alias that its own window and rate make, whatever the step of the simulation is.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.special import spherical_jn
+
+from magsim.aircraft.magnetics import RotatingDipole, Rotor
+from magsim.field.situation import Situation
+from magsim.field.sources.dipoles import SCALE
+from magsim.streams import stream
+
+RPM = math.pi / 30.0
+"""Turn a minute in rad/s."""
+
+WANDER_HZ = 10.0
+"""Knots a second of the wandering of a governor; a cubic spline joins them, so no step of the simulation counts."""
+
+UPWARD_FROM = 0.5
+"""From here on spherical Bessel functions up to order 4 follow by upward recurrence; they weigh small terms only."""
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Angle of a rotor and its first three derivatives at the samples, (n,) each [rad], [rad/s], ..."""
+
+    phase: np.ndarray
+    speed: np.ndarray
+    rise: np.ndarray
+    jerk: np.ndarray
+
+    def at_ratio(self, ratio: float) -> "Turning":
+        """A rotor that turns ``ratio`` times as fast."""
+        return Turning(ratio * self.phase, ratio * self.speed, ratio * self.rise, ratio * self.jerk)
+
+
+def wander(time_s: np.ndarray, sigma: float, correlation_s: float, rng: np.random.Generator) -> CubicSpline:
+    """Speed that a governor lets wander [rad/s]: a Gauss-Markov process at knots, joined smoothly.
+
+    Parameters
+    ----------
+    time_s : (n,) [s]
+        Its span is covered.
+    sigma : float [rad/s]
+        Standard deviation at the knots.
+    correlation_s : float [s]
+        The autocorrelation falls to 1/e in this time.
+    rng : numpy.random.Generator
+    """
+    count = max(4, math.ceil((time_s[-1] - time_s[0]) * WANDER_HZ) + 3)
+    knots = time_s[0] + (np.arange(count) - 1.0) / WANDER_HZ
+    keep = math.exp(-1.0 / (WANDER_HZ * correlation_s))
+    steps = sigma * math.sqrt(1.0 - keep**2) * rng.standard_normal(count)
+    steps[0] *= 1.0 / math.sqrt(1.0 - keep**2)
+    speeds = np.empty(count)
+    state = 0.0
+    for k, step in enumerate(steps):
+        state = keep * state + step
+        speeds[k] = state
+    return CubicSpline(knots, speeds)
+
+
+def turning(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float) -> Turning:
+    """Angle of a rotor, by exact integration of its speed.
+
+    Parameters
+    ----------
+    time_s : (n,) [s]
+    speeds : sequence of CubicSpline [rad/s]
+        Their sum is the speed.
+    phase : float [rad]
+        Angle at time 0.
+    """
+    whole = [spline.antiderivative() for spline in speeds]
+    angle = sum(spline(time_s) - spline(0.0) for spline in whole)
+    speed, rise, jerk = (sum(spline(time_s, order) for spline in speeds) for order in range(3))
+    return Turning(phase + angle, speed, rise, jerk)
+
+
+def _bessel(x: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Spherical Bessel functions of the first kind, orders 0 to 4, for x >= 0."""
+    small = x < UPWARD_FROM
+    safe = np.where(small, 1.0, x)
+    sin, cos = np.sin(safe), np.cos(safe)
+    out = [sin / safe, (sin / safe - cos) / safe]
+    for order in range(1, 4):
+        out.append((2 * order + 1) / safe * out[order] - out[order - 1])
+    if small.any():
+        for order in range(5):
+            out[order][small] = spherical_jn(order, x[small])
+    return tuple(out)
+
+
+def mean_tone(motion: Turning, step_s: float) -> np.ndarray:
+    """Mean of ``exp(i phase)`` over the step around each sample, (n,) complex.
+
+    Within a step the phase is ``p + w t + a t^2 / 2 + j t^3 / 6``. The part linear in time is integrated in closed
+    form, the rest as a series whose first neglected terms are ``a^3`` and ``a j``: the moments of ``exp(i x s)`` over
+    -1..1 are spherical Bessel functions (Abramowitz and Stegun, 10.1.14).
+
+    Parameters
+    ----------
+    motion : Turning
+    step_s : float [s]
+    """
+    sign = np.sign(motion.speed) + (motion.speed == 0.0)
+    j0, j1, j2, j3, j4 = _bessel(np.abs(motion.speed) * (0.5 * step_s))
+    bend, twist = motion.rise * (step_s**2 / 8.0), motion.jerk * (step_s**3 / 48.0)
+    square, fourth = (j0 - 2.0 * j2) / 3.0, (7.0 * j0 - 20.0 * j2 + 8.0 * j4) / 35.0
+    cube = sign * (3.0 * j1 - 2.0 * j3) / 5.0  # times i
+    real = j0 - 0.5 * bend**2 * fourth - twist * cube
+    out = np.empty(len(real), dtype=complex)
+    sin, cos = np.sin(motion.phase), np.cos(motion.phase)
+    out.real = cos * real - sin * (bend * square)
+    out.imag = sin * real + cos * (bend * square)
+    return out
+
+
+@dataclass(frozen=True)
+class RotatingPart:
+    """A dipole and a piece of steel on a shaft, small beside the distance to a mount.
+
+    Attributes
+    ----------
+    position : (3,) [m]
+        On the axis.
+    axis : (3,)
+        Unit vector; positive turning follows the right-hand rule.
+    moment : (3,) [A m^2]
+        Permanent, at phase zero. What lies along the axis stays.
+    blade : (3,)
+        Unit vector across the axis that turns with the part.
+    polarizability : (3,) [m^3]
+        Of the steel along the blade, across it, and along the axis.
+    """
+
+    position: np.ndarray
+    axis: np.ndarray
+    moment: np.ndarray
+    blade: np.ndarray
+    polarizability: np.ndarray
+
+    def kernel(self, points: np.ndarray) -> np.ndarray:
+        """Field of unit moments along x, y, z at points (s, 3), as (s, 3, 3) [nT / (A m^2)]."""
+        ray = np.asarray(points, dtype=float) - self.position
+        dist = np.sqrt(np.einsum("si,si->s", ray, ray))[:, None, None]
+        return SCALE * (3.0 * np.einsum("si,sj->sij", ray, ray) / dist**5 - np.eye(3) / dist**3)
+
+    def moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Moments that stay, go with the cosine and with the sine of the phase, (3,) each [A m^2]."""
+        along = self.axis * np.dot(self.axis, self.moment)
+        across = self.moment - along
+        return along, across, np.cross(self.axis, across)
+
+    def polarizabilities(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tensors that stay, go with the cosine and with the sine of twice the phase, (3, 3) each [m^3]."""
+        side = np.cross(self.axis, self.blade)
+        blade, across, along = self.polarizability
+        axial, radial = np.outer(self.axis, self.axis), np.outer(self.blade, self.blade)
+        mixed = np.outer(self.blade, side) + np.outer(side, self.blade)
+        half = 0.5 * (blade - across)
+        mean = 0.5 * (blade + across) * (np.eye(3) - axial) + along * axial
+        return mean, half * (radial - np.outer(side, side)), half * mixed
+
+
+def rotating_moment(part: RotatingPart, motion: Turning, step_s: float, ambient_b: np.ndarray) -> np.ndarray:
+    """Moment of a rotating part, each sample the mean over its step.
+
+    The permanent moment makes a constant and the first harmonic, the steel a constant and the second harmonic of the
+    ambient field, which is held over a step.
+
+    Parameters
+    ----------
+    part : RotatingPart
+    motion : Turning
+    step_s : float [s]
+    ambient_b : (n, 3) [nT]
+
+    Returns
+    -------
+    (n, 3) [A m^2]
+    """
+    fixed, cosine, sine = part.moments()
+    once = mean_tone(motion, step_s)
+    out = fixed + once.real[:, None] * cosine + once.imag[:, None] * sine
+    if np.any(part.polarizability):
+        twice = mean_tone(motion.at_ratio(2.0), step_s)
+        # alpha B / mu0, in terms of the constant of a dipole's field
+        share = 1.0 / (4.0 * np.pi * SCALE)
+        steady, even, odd = (share * np.einsum("jk,nk->nj", alpha, ambient_b) for alpha in part.polarizabilities())
+        out += steady + twice.real[:, None] * even + twice.imag[:, None] * odd
+    return out
+
+
+def rotating_field(part: RotatingPart, moment: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Field of a rotating part with moments (n, 3) [A m^2] at fixed points (s, 3) [m], (n, s, 3) [nT]."""
+    return np.einsum("sij,nj->nsi", part.kernel(points), moment)
+
+
+def rotor_stream(seed: int, rotor: str) -> np.random.Generator:
+    """Random numbers of a rotor: its wandering and its first phase."""
+    return stream(seed, f"rotor/{rotor}")
+
+
+def _part(dipole: RotatingDipole, rotor: Rotor) -> RotatingPart:
+    return RotatingPart(
+        position=np.array(dipole.position_m),
+        axis=np.array(rotor.axis),
+        moment=np.array(dipole.moment_am2),
+        blade=np.zeros(3) if dipole.blade is None else np.array(dipole.blade),
+        polarizability=np.array(dipole.polarizability_m3),
+    )
+
+
+def turning_of(situation: Situation, name: str) -> Turning:
+    """Angle of a rotor along a flight: the speed that was flown, or its own, with what the governor lets wander.
+
+    The phase at time 0 is random.
+    """
+    rotor, random = situation.magnetics.rotors[name], rotor_stream(situation.scenario.seed, name)
+    logged = situation.flight.carrier.time_s
+    own = np.full(len(logged), rotor.speed_rpm * RPM)
+    speed = CubicSpline(logged, situation.flight.rotors.get(name, own))
+    phase = random.uniform(0.0, 2.0 * np.pi)
+    return turning(situation.time_s, [speed, wander(logged, rotor.wander_rpm * RPM, rotor.wander_s, random)], phase)
+
+
+def rotating_moments(situation: Situation) -> list[tuple[RotatingPart, np.ndarray]]:
+    """All that turns, with its moment along the flight, (n, 3) [A m^2]."""
+    magnetics = situation.magnetics
+    motions = {name: turning_of(situation, name) for name in dict.fromkeys(d.rotor for d in magnetics.rotating)}
+    parts = [(_part(dipole, magnetics.rotors[dipole.rotor]), motions[dipole.rotor]) for dipole in magnetics.rotating]
+    step_s, ambient_b = situation.step_s, situation.ambient_b
+    return [(part, rotating_moment(part, motion, step_s, ambient_b)) for part, motion in parts]
+
+
+def propeller(situation: Situation) -> np.ndarray | None:
+    """Field of all that turns, (n, s, 3) [nT], each sample its mean over the step; None where nothing does."""
+    if not situation.magnetics.rotating:
+        return None
+    out = np.zeros((len(situation.time_s), len(situation.mounts), 3))
+    for part, moment in rotating_moments(situation):
+        out += rotating_field(part, moment, situation.positions_m)
+    return out

@@ -1,0 +1,1 @@
+"""Wires, the loads that draw current through them, and the voltages of the buses."""

@@ -1,0 +1,168 @@
+"""Wiring: the field of a conductor for each ampere at any place, by Biot and Savart's law on straight pieces.
+
+A conductor is one or more closed loops: current has a way there and a way back, and a wire without its way back has no
+field of its own. The integral over each straight piece is exact, so the field is that of the polygons themselves.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from magsim.field.metal.coils import Loop
+from magsim.units import MU0, NT_PER_T
+
+PER_TURN = 16
+"""Straight pieces in one turn of a twisted pair."""
+
+CHUNK = 200_000
+"""Pairs of a point and a piece that are worked on at a time."""
+
+
+@dataclass(frozen=True)
+class Conductor:
+    """Loops that carry one and the same current.
+
+    Attributes
+    ----------
+    name : str
+    loops : tuple of Loop
+        Vertices in the sense of positive current.
+    shares : tuple of float
+        Part of the conductor's current in each loop.
+    """
+
+    name: str
+    loops: tuple[Loop, ...]
+    shares: tuple[float, ...]
+
+
+def pair(vertices: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """Closed polygon of a wire and its return beside it.
+
+    Parameters
+    ----------
+    vertices : (m, 3) [m]
+        The wire from the source to the load.
+    offset : (3,) [m]
+        From the wire to its return.
+
+    Returns
+    -------
+    (2 m, 3) [m]
+    """
+    return np.concatenate([vertices, vertices[::-1] + offset])
+
+
+def _sampled(vertices: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points along a polyline with the length run so far and the unit tangent: (q, 3), (q,), (q, 3)."""
+    points, lengths, tangents, run = [], [], [], 0.0
+    for start, end in itertools.pairwise(vertices):
+        length = float(np.linalg.norm(end - start))
+        at = np.linspace(0.0, 1.0, max(1, int(np.ceil(length / step))) + 1)
+        points.append(start + at[:, None] * (end - start))
+        lengths.append(run + at * length)
+        tangents.append(np.broadcast_to((end - start) / length, (len(at), 3)))
+        run += length
+    return np.concatenate(points), np.concatenate(lengths), np.concatenate(tangents)
+
+
+def _across(tangents: np.ndarray) -> np.ndarray:
+    """Unit vectors at right angles to tangents that turn with them by the least rotation, (q, 3)."""
+    out = np.empty_like(tangents)
+    first = np.eye(3)[np.argmin(np.abs(tangents[0]))]
+    for i, tangent in enumerate(tangents):
+        before = first if i == 0 else out[i - 1]
+        level = before - tangent * (before @ tangent)
+        if np.linalg.norm(level) < 1e-6:  # a corner of 90 degrees in the plane of the vector
+            level = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
+        out[i] = level / np.linalg.norm(level)
+    return out
+
+
+def twisted(vertices: np.ndarray, spacing_m: float, pitch_m: float, *, per_turn: int = PER_TURN) -> np.ndarray:
+    """Closed polygon of two wires that wind around one line, current there in one and back in the other.
+
+    Parameters
+    ----------
+    vertices : (m, 3) [m]
+        The line from the source to the load.
+    spacing_m : float [m]
+        Between the axes of the two wires.
+    pitch_m : float [m]
+        Length of one turn along the line.
+    per_turn : int
+        Straight pieces in one turn.
+
+    Returns
+    -------
+    (2 q, 3) [m]
+    """
+    points, lengths, tangents = _sampled(np.asarray(vertices, dtype=float), pitch_m / per_turn)
+    first = _across(tangents)
+    second = np.cross(tangents, first)
+    phase = 2.0 * np.pi * lengths[:, None] / pitch_m
+    arm = 0.5 * spacing_m * (np.cos(phase) * first + np.sin(phase) * second)
+    return np.concatenate([points + arm, (points - arm)[::-1]])
+
+
+def _chunks(points: np.ndarray, pieces: int) -> list[slice]:
+    size = max(1, CHUNK // pieces)
+    return [slice(start, start + size) for start in range(0, len(points), size)]
+
+
+def field(conductors: Sequence[Conductor], points: np.ndarray) -> np.ndarray:
+    """Gains of conductors: ``B = W I``.
+
+    Parameters
+    ----------
+    conductors : sequence of Conductor
+        ``c`` of them.
+    points : (p, 3) [m]
+        Outside the wires.
+
+    Returns
+    -------
+    (p, 3, c) [nT/A]
+    """
+    points = np.asarray(points, dtype=float)
+    out = np.zeros((len(points), 3, len(conductors)))
+    for c, conductor in enumerate(conductors):
+        for loop, share in zip(conductor.loops, conductor.shares, strict=True):
+            for rows in _chunks(points, len(loop.vertices)):
+                out[rows, :, c] += NT_PER_T * share * loop.field(points[rows])
+    return out
+
+
+def _loop_gradient(loop: Loop, points: np.ndarray) -> np.ndarray:
+    """``dB_i/dx_j`` of a loop for 1 A, (p, 3, 3) [T/(A m)]; symmetric and free of trace.
+
+    Each piece gives ``kappa r1 x r2`` with ``kappa = (a + b) / (a b (a b + r1.r2))``, a and b the lengths of r1, r2.
+    """
+    near = points[:, None, :] - loop.vertices
+    far = np.roll(near, -1, axis=1)
+    a, b = np.linalg.norm(near, axis=-1), np.linalg.norm(far, axis=-1)
+    product, dots = a * b, np.einsum("pmx,pmx->pm", near, far)
+    below = product * (product + dots)
+    kappa = (a + b) / below
+    unit_near, unit_far = near / a[..., None], far / b[..., None]
+    grad_product = b[..., None] * unit_near + a[..., None] * unit_far
+    grad_below = (2.0 * product + dots)[..., None] * grad_product + product[..., None] * (near + far)
+    grad_kappa = (unit_near + unit_far - kappa[..., None] * grad_below) / below[..., None]
+    out = np.einsum("pmi,pmj->pij", np.cross(near, far), grad_kappa)
+    # r1 x r2 changes by e_j x (r2 - r1); the edge is r1 - r2.
+    edge = np.einsum("pm,mx->px", kappa, loop.edges)
+    out -= np.cross(np.eye(3)[None], edge[:, None, :]).swapaxes(1, 2)
+    return MU0 / (4.0 * np.pi) * out
+
+
+def gradient(conductors: Sequence[Conductor], points: np.ndarray) -> np.ndarray:
+    """Derivatives ``dW_i/dx_j`` of the gains by place, indexed (p, i, j, c) [nT/(A m)]."""
+    points = np.asarray(points, dtype=float)
+    out = np.zeros((len(points), 3, 3, len(conductors)))
+    for c, conductor in enumerate(conductors):
+        for loop, share in zip(conductor.loops, conductor.shares, strict=True):
+            for rows in _chunks(points, len(loop.vertices)):
+                out[rows, ..., c] += NT_PER_T * share * _loop_gradient(loop, points[rows])
+    return out

@@ -1,0 +1,271 @@
+"""Flying a carrier without a flight model: along its path at its airspeed, with the sway of a pilot's hands.
+
+The path is that of its pattern; speed over ground follows from airspeed and steady wind. Sway is noise in a band of
+frequencies across the path and in height. The attitude is that of a coordinated flight along the curve: heading into
+the wind, bank by the acceleration to the right, pitch by drag and the acceleration forward.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from magsim.aircraft import Aircraft, KinematicFacts
+from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, transport_rate
+from magsim.earth.atmosphere import standard_density
+from magsim.earth.gravity import gravity_n
+from magsim.flight.carriers.outcome import check_height, pattern_notes, segments_of
+from magsim.flight.carriers.planning import MARGIN_S, Plan, check_wind, plan, settle_s, warmup_s
+from magsim.flight.carriers.sway import sway
+from magsim.flight.model.rates import log_rate_hz
+from magsim.flight.path.elements import Element, length_of
+from magsim.flight.path.heights import STEP_M, HeightPlan
+from magsim.flight.path.wind import crab_heading, ground_speed
+from magsim.flight.pilot.guidance import Crossing
+from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
+from magsim.scenario import Scenario
+from magsim.scenario.air import wind_at
+from magsim.terrain import Ground, TangentPlane
+from magsim.trajectory import Flight, Trajectory, Turning
+
+SPACING_M = 1.0
+"""Of the table of courses along a path."""
+
+
+MOTION_HZ = 30.0
+"""Place and attitude are curves through points of a grid of their own: a denser log must not be a rougher flight.
+
+The attitude follows from second derivatives of the place, and what a hook under the belly feels from second derivatives
+of the attitude: on a grid much denser than this they are the rounding of numbers.
+"""
+
+
+class Course(NamedTuple):
+    """A path in the plane, without sway.
+
+    ``along_m`` is a function of time [s], the others of the distance along the path [m]; ``course`` is in rad.
+    """
+
+    along_m: CubicSpline
+    north_m: CubicSpline
+    east_m: CubicSpline
+    course: CubicSpline
+    height_m: CubicSpline
+
+
+def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None) -> Flight:
+    """The flight of a kinematic carrier.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    aircraft : Aircraft
+        With ``KinematicFacts``.
+    ground : Ground, optional
+
+    Returns
+    -------
+    Flight
+        Logged from 4 s before the first row, and ``tow.settle_s`` earlier where a bird is towed, to 4 s after the
+        last; it has neither controls nor switches.
+
+    Raises
+    ------
+    RequestError
+        If the pattern does not fit the speed.
+    DataError
+        If it touches the ground.
+    """
+    facts = aircraft.facts
+    assert isinstance(facts, KinematicFacts)
+    scenario.loading.apply(facts)
+    planned = plan(scenario, facts, ground)
+    check_wind(scenario, planned.path)
+    way = _course_of(scenario, planned)
+    ends = np.cumsum([0.0, *(element.length_m for element in planned.path)])
+    crossed = [_time_at(way, end) for end in ends]
+    end_s, rate_hz = crossed[-1], scenario.recording.rate_hz
+    log_hz = scenario.flight.log_hz or log_rate_hz(facts, scenario.flight.step_hz)
+    before_s = MARGIN_S + settle_s(scenario)
+    grid = np.arange(-round(before_s * log_hz), math.floor((end_s + MARGIN_S) * log_hz) + 1) / log_hz
+    spreads = _sway_spreads(scenario, facts)
+    carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, spreads_m=spreads)
+    crossings = [Crossing(i, time) for i, time in enumerate(crossed[:-1])]
+    segments = segments_of(crossings, planned.path, 0.0, end_s, carrier)
+    flight = Flight(
+        carrier=carrier,
+        duration_s=math.floor(end_s * rate_hz + 1e-9) / rate_hz,
+        simulation_rate_hz=float(scenario.flight.step_hz),
+        controls={},
+        segments=segments,
+        maneuvers=(),
+        wind_n=wind_n,
+        notes={
+            "carrier": "kinematic: prescribed path with sway, attitude from path and speed, no flight model",
+            "sway_lateral_m": spreads[0],
+            "sway_vertical_m": spreads[1],
+            "log_hz": log_hz,
+            "warmup_s": warmup_s(scenario),
+            **pattern_notes(scenario, planned.path, carrier, segments, []),
+        },
+    )
+    check_height(flight, ground)
+    return flight
+
+
+def _course_of(scenario: Scenario, planned: Plan) -> Course:
+    """Courses and places along a path, and where it is flown when: time 0 is the path's beginning."""
+    speed = scenario.start.speed_mps
+    fastest = speed + math.hypot(*scenario.air.wind_mps)
+    before, after = (warmup_s(scenario) + 2.0 * MARGIN_S) * fastest, 3.0 * MARGIN_S * fastest
+    table = _courses(planned.path, before, after)
+    along, course = table[:, 0], table[:, 1]
+    heights = planned.heights
+    level = scenario.start.alt_m
+    height = np.full(len(along), level) if heights is None else _smooth_heights(heights, along)
+    winds = {alt: wind_at(scenario.air, scenario.start, alt, planned.ground_m) for alt in set(height.tolist())}
+    over_ground = [ground_speed(speed, c, winds[h]) for c, h in zip(course.tolist(), height.tolist(), strict=True)]
+    # time along the path, by the integral of its inverse speed from the path's beginning
+    clock = CubicSpline(along, 1.0 / np.array(over_ground)).antiderivative()
+    time = clock(along) - clock(0.0)
+    north, east = (CubicSpline(along, part).antiderivative() for part in (np.cos(course), np.sin(course)))
+    first = planned.path[0].at(0.0)
+    return Course(
+        CubicSpline(time, along),
+        _moved(north, first.north_m - float(north(0.0))),
+        _moved(east, first.east_m - float(east(0.0))),
+        CubicSpline(along, course),
+        CubicSpline(along, height),
+    )
+
+
+def _smooth_heights(plan: HeightPlan, along_m: np.ndarray) -> np.ndarray:
+    """Planned heights [m] without the corners that straight lines between the plan's points have; level beyond it.
+
+    A carrier that follows them to the letter would be thrown about by each corner, and its bird with it.
+    """
+    points = plan.first_m + STEP_M * np.arange(len(plan.height_m))
+    return CubicSpline(points, plan.height_m)(np.clip(along_m, points[0], points[-1]))
+
+
+def _moved(curve: CubicSpline, by: float) -> CubicSpline:
+    """A curve plus a constant."""
+    curve.c[-1] += by
+    return curve
+
+
+def _courses(path: Sequence[Element], before_m: float, after_m: float) -> np.ndarray:
+    """Distance along a path and course there, continuous, (n, 2): from before its beginning to after its end."""
+    starts = np.cumsum([0.0, *(element.length_m for element in path)])
+    count = math.ceil((before_m + length_of(path) + after_m) / SPACING_M)
+    along = -before_m + SPACING_M * np.arange(count + 1)
+    index = np.clip(np.searchsorted(starts, along, side="right") - 1, 0, len(path) - 1)
+    courses = [path[i].at(s - starts[i]).course for i, s in zip(index.tolist(), along.tolist(), strict=True)]
+    return np.column_stack([along, np.unwrap(courses)])
+
+
+def _time_at(way: Course, along_m: float) -> float:
+    """When a distance along the path is reached [s]."""
+    times, alongs = way.along_m.x, way.along_m(way.along_m.x)
+    guess = float(np.interp(along_m, alongs, times))
+    for _ in range(3):
+        guess -= float(way.along_m(guess) - along_m) / float(way.along_m(guess, 1))
+    return guess
+
+
+def _sway_spreads(scenario: Scenario, facts: KinematicFacts) -> tuple[float, float]:
+    """Standard deviations of the sway across and in height [m]."""
+    asked = scenario.flight.sway
+    lateral, vertical = facts.sway.lateral.value, facts.sway.vertical.value
+    if asked is None:
+        return lateral, vertical
+    return (
+        lateral if asked.lateral_m is None else asked.lateral_m,
+        vertical if asked.vertical_m is None else asked.vertical_m,
+    )
+
+
+def _motion(
+    scenario: Scenario,
+    facts: KinematicFacts,
+    planned: Plan,
+    way: Course,
+    *,
+    time_s: np.ndarray,
+    spreads_m: tuple[float, float],
+) -> tuple[Trajectory, np.ndarray]:
+    """Trajectory of the center of gravity and the wind at its rows."""
+    first, last = math.floor(time_s[0] - 1.0), math.ceil(time_s[-1] + 1.0)
+    points_s = np.arange(round(first * MOTION_HZ), round(last * MOTION_HZ) + 1) / MOTION_HZ
+    sway_m = sway(points_s, spreads_m, facts.sway.band.value, scenario.seed)
+    along = way.along_m(points_s)
+    course, height = way.course(along), way.height_m(along)
+    sin, cos = np.sin(course), np.cos(course)
+    plane = TangentPlane(planned.plane.lat_rad, planned.plane.lon_rad, planned.plane.alt_m)
+    lat, lon = plane.geodetic(way.north_m(along) - sway_m[:, 0] * sin, way.east_m(along) + sway_m[:, 0] * cos)
+    curve = CubicSpline(points_s, ecef_from_geodetic(lat, lon, height - sway_m[:, 1]))
+    turning = _turning(scenario, facts, planned, way, points_s=points_s, curve=curve)
+    lat, lon, alt = geodetic_from_ecef(curve(time_s))
+    lon = np.unwrap(lon)
+    velocity_n = rotate(rot_ne_at(lat, lon), curve(time_s, 1))
+    attitude, rate_eb_b = turning.at(time_s, lat, lon)
+    rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
+    carrier = Trajectory(time_s, lat, lon, alt, velocity_n, attitude, rate_b, np.array(facts.cg_b))
+    turned = _north_of_plane(planned, lat, lon)
+    wind_n = np.einsum("nik,nk->ni", turned, _winds(scenario, planned, way.height_m(way.along_m(time_s))))
+    wind_n[:, 2] = 0.0  # level where it blows, not where the plane touches
+    return carrier, wind_n
+
+
+def _north_of_plane(planned: Plan, lat: np.ndarray, lon: np.ndarray) -> np.ndarray:
+    """From north and east of the plane to local axes, (n, 3, 2): they are the same at its origin, not near a pole."""
+    plane = rot_ne_at(planned.plane.lat_rad, planned.plane.lon_rad)
+    return np.einsum("nij,kj->nik", rot_ne_at(lat, lon), plane[:2])
+
+
+def _winds(scenario: Scenario, planned: Plan, height_m: np.ndarray) -> np.ndarray:
+    """Wind in the plane at heights, (n, 2) [m/s]."""
+    return np.array([wind_at(scenario.air, scenario.start, height, planned.ground_m) for height in height_m.tolist()])
+
+
+def _turning(
+    scenario: Scenario, facts: KinematicFacts, planned: Plan, way: Course, *, points_s: np.ndarray, curve: CubicSpline
+) -> Turning:
+    """Attitude along a curve of places through points in time."""
+    lat, lon, alt = geodetic_from_ecef(curve(points_s))
+    lon = np.unwrap(lon)
+    along = way.along_m(points_s)
+    winds = _winds(scenario, planned, way.height_m(along))
+    speed = scenario.start.speed_mps
+    heading = np.array(
+        [crab_heading(speed, c, tuple(w)) for c, w in zip(way.course(along).tolist(), winds.tolist(), strict=True)]
+    )
+    turned = _north_of_plane(planned, lat, lon)
+    forward_n = np.einsum("nik,nk->ni", turned, np.column_stack([np.cos(heading), np.sin(heading)]))
+    forward_n[:, 2] = 0.0
+    forward_n /= np.sqrt(np.einsum("ni,ni->n", forward_n, forward_n))[:, None]
+    acceleration_n = rotate(rot_ne_at(lat, lon), curve(points_s, 2))
+    attitude = _attitude(facts, speed, alt, acceleration_n, gravity_n(lat, alt)[:, 2], forward_n=forward_n)
+    return Turning(points_s, lat, lon, attitude)
+
+
+def _attitude(
+    facts: KinematicFacts,
+    speed_mps: float,
+    alt_m: np.ndarray,
+    acceleration_n: np.ndarray,
+    gravity: np.ndarray,
+    *,
+    forward_n: np.ndarray,
+) -> np.ndarray:
+    """Attitude of a rotor that holds weight, drag and acceleration, (n, 3) [rad]."""
+    drag = 0.5 * standard_density(alt_m) * speed_mps**2 * facts.drag_area.value / facts.mass.value
+    ahead = np.einsum("ni,ni->n", acceleration_n, forward_n) + drag
+    aside = acceleration_n[:, 1] * forward_n[:, 0] - acceleration_n[:, 0] * forward_n[:, 1]
+    lifted = gravity - acceleration_n[:, 2]
+    pitch = -np.arctan2(ahead, lifted)
+    roll = np.arctan2(aside, np.hypot(ahead, lifted))
+    heading = np.unwrap(np.arctan2(forward_n[:, 1], forward_n[:, 0]))
+    return np.column_stack([roll, pitch, heading])

@@ -1,0 +1,193 @@
+"""Flying a carrier by its flight model: JSBSim under an autopilot and a pilot."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import jsbsim
+import numpy as np
+
+from magsim.aircraft import Aircraft, Bird, Facts
+from magsim.errors import DataError
+from magsim.flight.carriers.outcome import (
+    amplitude_notes,
+    check_sweeps,
+    drape_notes,
+    pattern_notes,
+    segments_of,
+)
+from magsim.flight.carriers.planning import MARGIN_S, check_wind, flying_time, longest_s, plan, settle_s, warmup_s
+from magsim.flight.model.plant import FlightTroubleError
+from magsim.flight.model.rates import integrators_for, log_rate_hz
+from magsim.flight.model.setup import Setup
+from magsim.flight.path.elements import Element
+from magsim.flight.path.wind import ground_speed
+from magsim.flight.pilot.calibration import check_reach, close_joints, loop_response, own_calibration
+from magsim.flight.pilot.flaps import check_legs, runs_of
+from magsim.flight.pilot.guidance import TICK_HZ
+from magsim.flight.pilot.log import Log
+from magsim.flight.pilot.measure import measure
+from magsim.flight.pilot.monitor import Watch
+from magsim.flight.pilot.pilot import Pilot, first_row_s, on_clock, planned_sweeps
+from magsim.flight.pilot.response import UNITY, LoopResponse
+from magsim.flight.tow.motion import Swing
+from magsim.scenario import PatternBase, Scenario, parts_of
+from magsim.terrain import Ground
+from magsim.trajectory import Flight
+
+
+def fly_modeled(
+    scenario: Scenario,
+    aircraft: Aircraft,
+    bird: Bird | None,
+    ground: Ground | None,
+    progress: Callable[[float], None] | None,
+) -> tuple[Flight, Swing | None]:
+    """The flight of a flight model, and how a bird swung that pulled on it."""
+    aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
+    plane, path, setup, heights, _ = plan(scenario, aircraft.facts, ground)
+    check_wind(scenario, path)
+    check_legs(scenario.flight.flaps, path, flying_time(scenario, path))
+    parts = parts_of(scenario.pattern)
+    # Swings are calibrated at the height of each part.
+    setups = [replace(setup, alt_m=part.height_m(scenario.start.alt_m) or setup.alt_m) for part in parts]
+    responses = [
+        _calibrated(aircraft.facts, at, [element for element in path if element.label.part == number], parts)
+        for number, at in enumerate(setups)
+    ]
+    before_s = warmup_s(scenario)
+    log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
+    first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
+    coupled = None
+    if bird is not None:
+        from magsim.flight.tow.setup import coupled_line, hook_of
+
+        coupled = coupled_line(scenario, aircraft, bird, step_hz=setup.step_hz, log_hz=log_hz, alt_m=setup.alt_m)
+    if coupled is not None:
+        setup = replace(setup, hook_b=hook_of(scenario.tow, aircraft))
+    pilot = Pilot(
+        aircraft.facts,
+        setup,
+        plane=plane,
+        path=path,
+        along_m=-before_s * first_speed,
+        log_hz=log_hz,
+        response=responses,
+        parts=parts,
+        ground=ground,
+        watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
+        heights=heights,
+        flaps=scenario.flight.flaps,
+        coupled=coupled,
+    )
+    expected_s = before_s + flying_time(scenario, path) + MARGIN_S
+    tick = None if progress is None else _progress(progress, expected_s)
+    try:
+        log = pilot.fly(_finished(expected_s), tick)
+    except FlightTroubleError as error:
+        raise DataError(error.told(error.time_s - before_s)) from None
+    if progress is not None:
+        progress(1.0)
+    flight = _flight(scenario, aircraft, pilot, log, response=_told(responses), ground=ground)
+    if coupled is None:
+        return flight, None
+    zero = first_row_s(pilot.guidance.crossings[0].time_s, log_hz)
+    begun, ended = flight.carrier.time_s[[0, -1]] + zero
+    return flight, coupled.flown(begun, ended, zero, log_hz)
+
+
+def _calibrated(facts: Facts, setup: Setup, path: Sequence[Element], parts: Sequence[PatternBase]) -> LoopResponse:
+    """What the loops make of the swings of a part of the path, at its height."""
+    sweeps = planned_sweeps(path, parts, setup)
+    if not sweeps:
+        return UNITY
+    response = loop_response(facts, tuple(dict.fromkeys(sweep.axis for sweep in sweeps)), setup)
+    check_reach(sweeps, response, facts, setup)
+    return close_joints(facts, setup, response, own_calibration(sweeps, response))
+
+
+def _told(responses: Sequence[LoopResponse]) -> dict[str, np.ndarray]:
+    """The first response that was measured, for the notes."""
+    return next((response.arrays() for response in responses if response is not UNITY), {})
+
+
+def _finished(expected_s: float) -> Callable[[Pilot], bool]:
+    """Say when a run is over: a margin after the end of its path."""
+    longest = longest_s(expected_s)
+
+    def finished(pilot: Pilot) -> bool:
+        end, now = pilot.guidance.finished_s, pilot.plant.time_s
+        if pilot.plant.fuel_kg <= 0.0:
+            msg = f"the fuel was burned {now:.0f} s after the start; allowed: more of loading.fuel_kg"
+            raise DataError(msg)
+        if end is None and now > longest:
+            element = pilot.path[pilot.guidance.index]
+            where = f"{'the turn after ' if element.turn else ''}leg {element.leg} of circuit {element.circuit}"
+            entered = "was not entered" if not pilot.guidance.crossings else "was not finished"
+            trouble = f"missed its pattern: {where} {entered}, {pilot.guidance.off_m:.0f} m right of its line,"
+            raise FlightTroubleError(trouble, pilot.plant.row, now)
+        return end is not None and now >= end + MARGIN_S + 1.0 / TICK_HZ
+
+    return finished
+
+
+def _progress(progress: Callable[[float], None], expected_s: float) -> Callable[[Pilot], None]:
+    """Report about two hundred times in a flight."""
+    every = max(1, round(expected_s * TICK_HZ / 200.0))
+    count = 0
+
+    def tick(pilot: Pilot) -> None:
+        nonlocal count
+        count += 1
+        if count % every == 0:
+            progress(min(0.999, pilot.plant.time_s / expected_s))
+
+    return tick
+
+
+def _flight(
+    scenario: Scenario,
+    aircraft: Aircraft,
+    pilot: Pilot,
+    log: Log,
+    *,
+    response: dict[str, np.ndarray],
+    ground: Ground | None,
+) -> Flight:
+    """Cut the log and tell what was flown."""
+    crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
+    log_hz, rate_hz = pilot.log_hz, scenario.recording.rate_hz
+    zero = first_row_s(crossings[0].time_s, log_hz)
+    log = log.cut(zero - MARGIN_S - settle_s(scenario), end + MARGIN_S, zero)
+    carrier = log.trajectory(aircraft.facts.cg_b)
+    duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
+    pilot.flaps.check()
+    segments = segments_of(crossings, pilot.path, zero, end, carrier)
+    sweeps = [on_clock(sweep, zero) for sweep in pilot.sweeps]
+    check_sweeps(sweeps, segments)
+    maneuvers, parts = tuple(measure(sweep, carrier)[0] for sweep in sweeps), parts_of(scenario.pattern)
+    return Flight(
+        carrier=carrier,
+        duration_s=duration,
+        simulation_rate_hz=float(scenario.flight.step_hz),
+        controls=log.controls(),
+        switches=log.switches(),
+        wind_n=log.wind(),
+        rotors=log.rotors(aircraft.facts.engine),
+        segments=segments,
+        maneuvers=maneuvers,
+        notes={
+            "jsbsim": str(jsbsim.__version__),
+            "integrators": integrators_for(aircraft.facts, scenario.flight.step_hz),
+            "step_hz": scenario.flight.step_hz,
+            "log_hz": log_hz,
+            "warmup_s": warmup_s(scenario),
+            "mass_kg": aircraft.facts.mass_kg,
+            "fuel_left_kg": pilot.plant.fuel_kg,
+            "loop_response": {name: values.tolist() for name, values in response.items()},
+            **pattern_notes(scenario, pilot.path, carrier, segments, sweeps),
+            **amplitude_notes(maneuvers),
+            "flap_runs": runs_of(log.time_s, log["flap"]),
+            **drape_notes(pilot.planned, zero, segments, carrier, ground=ground, parts=parts),
+        },
+    )

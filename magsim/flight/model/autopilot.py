@@ -1,0 +1,317 @@
+"""The survey autopilot as JSBSim system XML: inner loops, height, heading and speed loops, sine generators.
+
+All loops run at the step rate inside JSBSim; Python sets set points ten times a second. Properties that Python writes
+are in ``INPUTS``; ``Sine`` names those of a generator. Angles in radians, times in seconds, height and speed in feet
+(JSBSim's units); commands of surfaces are normalized by the larger travel.
+
+The loops, with V the true airspeed, s and c the sine of a generator and its derivative, I[.] clipped integrals::
+
+    path       e_gam = hold (clip(k_h (h_set - h)) + climb - hdot) / V
+               gam = clip(k_g e_gam + I[e_gam]) + climb / V
+    pitch      e_th = theta_0 + gam + turn + flaps + s_pitch - theta
+               elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
+    heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
+    roll       e_phi = bank + s_roll - phi
+               aileron = k_p (k_phi e_phi + c - phidot) + I[e_phi]
+    turn       rudder = -k_r ((g/V) tan(phi) - psidot)
+    yaw held   rudder = -k_y (k_psi (psi_set + s_yaw - psi) + c - psidot)
+    speed      throttle = clip(k_v e_v + I[e_v])
+
+Headings psi are those of grid north near the poles (``magsim.earth.grid``). Every error is multiplied by ``ap/on``,
+which is 0 while the model is trimmed. A generator eases in before its first cycle and out after its last one: the half
+cycle at rising amplitude that goes before gives the integral of the sine no mean, so that a roll train does not turn
+the mean course and a pitch train does not change the mean height.
+
+In a combined maneuver roll and yaw disturb each other. Each is then fed the sine of the other one by two factors that
+``joint`` finds, which takes out what it would make of it: ``s + f s_other + g c_other`` stands for s, and the
+derivative of that for c.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from magsim.aircraft.facts import Facts
+from magsim.flight.model.aero import derivatives
+from magsim.units import FT, G0, LBF
+
+AXES = ("pitch", "roll", "yaw")
+FED = {"roll": "yaw", "yaw": "roll"}
+"""Axes that disturb each other by their own frequencies; pitch does not, as the aircraft is symmetric."""
+
+INPUTS = (
+    "ap/on",
+    "ap/hold-height",
+    "ap/height-ft",
+    "ap/climb-fps",
+    "ap/theta-rad",
+    "ap/hold-heading",
+    "ap/heading-rad",
+    "ap/grid-norm",
+    "ap/bank-rad",
+    "ap/hold-yaw",
+    "ap/speed-fps",
+    "ap/flap-rad",
+    "ap/flap-lift-norm",
+)
+NEVER_S = 1.0e9
+"""Start time of a generator that rests."""
+
+
+@dataclass(frozen=True)
+class Sine:
+    """Names of the properties of one axis's sine generator."""
+
+    axis: str
+
+    def __getitem__(self, name: str) -> str:
+        return f"ap/{self.axis}/{name}"
+
+    @property
+    def other(self) -> "Sine | None":
+        """The generator whose sine is fed to this axis in a combined maneuver."""
+        return Sine(FED[self.axis]) if self.axis in FED else None
+
+    @cached_property
+    def inputs(self) -> dict[str, float]:
+        """Properties that Python sets, with their values at rest."""
+        return {
+            **({self["fed"]: 0.0, self["feed-norm"]: 0.0, self["feed-s"]: 0.0} if self.other else {}),
+            self["start-s"]: NEVER_S,
+            self["omega-rad_sec"]: 1.0,
+            self["amplitude-rad"]: 0.0,
+            self["phase-rad"]: 0.0,
+            self["cycles"]: 1.0,
+            self["ease-in-s"]: 1.0,
+            self["ease-out-s"]: 1.0,
+        }
+
+
+def system_xml(facts: Facts) -> str:
+    """The autopilot and the actuators of an aircraft, for JSBSim."""
+    inputs = dict.fromkeys(INPUTS, 0.0)
+    for axis in AXES:
+        inputs |= Sine(axis).inputs
+    inputs |= {f"ap/integral/{name}": 0.0 for name in ("path", "pitch", "roll", "speed")}
+    declared = "".join(f' <property value="{value!r}">{name}</property>\n' for name, value in inputs.items())
+    generators = "".join(_generator(Sine(axis)) for axis in AXES)
+    return f"""<?xml version="1.0"?>
+<system name="survey autopilot">
+{declared} <channel name="sines">
+{generators} </channel>
+ <channel name="vertical">
+{_vertical(facts)} </channel>
+ <channel name="lateral">
+{_lateral(facts)} </channel>
+ <channel name="surfaces">
+{_surfaces(facts)} </channel>
+</system>
+"""
+
+
+def _tag(name: str) -> object:
+    def build(*parts: object) -> str:
+        return f"<{name}>{''.join(_part(p) for p in parts)}</{name}>"
+
+    return build
+
+
+def _part(part: object) -> str:
+    """A number becomes a value, a name of a property a property, everything else is XML already."""
+    if isinstance(part, int | float):
+        return f"<value>{float(part)!r}</value>"
+    text = str(part)
+    return text if text.startswith("<") else f"<property>{text}</property>"
+
+
+_sum, _difference, _product, _quotient = _tag("sum"), _tag("difference"), _tag("product"), _tag("quotient")
+_min, _max, _sin, _cos, _tan, _fmod = _tag("min"), _tag("max"), _tag("sin"), _tag("cos"), _tag("tan"), _tag("fmod")
+_if, _and, _lt, _gt = _tag("ifthen"), _tag("and"), _tag("lt"), _tag("gt")
+
+
+def _clip(value: object, limit: float) -> str:
+    return _max(-limit, _min(limit, value))
+
+
+def _define(output: str, expression: str) -> str:
+    """One component of the flight control system: a function of properties."""
+    name = output.replace("/", " ")
+    return f'  <fcs_function name="{name}"><function>{expression}</function><output>{output}</output></fcs_function>\n'
+
+
+def _integral(name: str, gain: float, error: str, limit: float) -> str:
+    """Clipped integral by Euler's rule, which stays where it is while the error is gated to zero."""
+    own = f"ap/integral/{name}"
+    return _define(own, _clip(_sum(own, _product(gain, "simulation/dt", error)), limit))
+
+
+def _generator(sine: Sine) -> str:
+    """Envelope, sine and derivative of one axis; nothing is computed while the generator rests."""
+    time, end = sine["time-s"], sine["length-s"]
+    length = _quotient(_product(2.0 * math.pi, sine["cycles"]), sine["omega-rad_sec"])
+    rise = _min(1.0, _sum(1.0, _quotient(time, sine["ease-in-s"])))
+    fall = _min(1.0, _sum(1.0, _quotient(_difference(end, time), sine["ease-out-s"])))
+    inside = _and(_gt(_sum(time, sine["ease-in-s"]), 0.0), _lt(time, _sum(end, sine["ease-out-s"])))
+    angle = _sum(_product(sine["omega-rad_sec"], time), sine["phase-rad"])
+    scale = _product(sine["amplitude-rad"], _smooth(sine["rise"]), _smooth(sine["fall"]))
+    return (
+        _define(time, _difference("simulation/sim-time-sec", sine["start-s"]))
+        + _define(end, length)
+        + _define(sine["active"], inside)
+        + _define(sine["rise"], _if(sine["active"], rise, 0.0))
+        + _define(sine["fall"], _if(sine["active"], fall, 0.0))
+        + _define(sine["scale-rad"], _if(sine["active"], scale, 0.0))
+        + _define(sine["sine-rad"], _if(sine["active"], _product(sine["scale-rad"], _sin(angle)), 0.0))
+        + _define(
+            sine["rate-rad_sec"],
+            _if(sine["active"], _product(sine["scale-rad"], sine["omega-rad_sec"], _cos(angle)), 0.0),
+        )
+    )
+
+
+def _swing(sine: Sine, other: Sine) -> str:
+    """The angle that an axis is asked to swing by: its own sine, and in a combined maneuver a part of another one's."""
+    fed = _product(sine["feed-norm"], other["sine-rad"]), _product(sine["feed-s"], other["rate-rad_sec"])
+    return _if(_is_fed(sine), _sum(sine["sine-rad"], *fed), sine["sine-rad"])
+
+
+def _swing_rate(sine: Sine, other: Sine) -> str:
+    """Derivative of ``_swing`` at full envelope."""
+    omega = other["omega-rad_sec"]
+    fed = (
+        _product(sine["feed-norm"], other["rate-rad_sec"]),
+        _product(-1.0, sine["feed-s"], omega, omega, other["sine-rad"]),
+    )
+    return _if(_is_fed(sine), _sum(sine["rate-rad_sec"], *fed), sine["rate-rad_sec"])
+
+
+def _is_fed(sine: Sine) -> str:
+    return _and(_gt(sine["fed"], 0.0), _gt(sine["active"], 0.0))
+
+
+def _smooth(x: str) -> str:
+    """Cubic step 3 x^2 - 2 x^3."""
+    return _product(x, x, _difference(3.0, _product(2.0, x)))
+
+
+def _least_speed(facts: Facts) -> float:
+    """Airspeed [m/s] below which nothing flies: a floor for divisions, also before JSBSim has any velocity."""
+    return 0.4 * facts.limits.speed_mps[0]
+
+
+def _vertical(facts: Facts) -> str:
+    """Height, path, pitch and speed."""
+    gains, pitch = facts.autopilot, Sine("pitch")
+    speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
+    back = _clip(
+        _product(gains.altitude.value, _difference("ap/height-ft", "position/geod-alt-ft")),
+        gains.climb_limit.value / FT,
+    )
+    # The climb of a height plan is flown at once; the loops only bring back what is left.
+    climb = _sum(back, "ap/climb-fps")
+    planned = _product("ap/on", "ap/hold-height", _quotient("ap/climb-fps", speed))
+    path_error = _product("ap/on", "ap/hold-height", _quotient(_difference(climb, "velocities/h-dot-fps"), speed))
+    steered = _sum(_product(gains.path.value, "ap/path-error-rad"), "ap/integral/path")
+    path = _sum(_clip(steered, gains.path_limit.value), planned)
+    # In a turn the wing must lift 1/cos(bank) times the weight: more pitch at once, without waiting for the height.
+    least_pressure = 0.5 * facts.aero.cruise_density.value * _least_speed(facts) ** 2
+    weight_alpha = facts.mass_kg * G0 / LBF / derivatives(facts).cl_alpha
+    alpha = _quotient(weight_alpha, _product(_max(least_pressure * FT**2 / LBF, "aero/qbar-psf"), "metrics/Sw-sqft"))
+    turn = _product(alpha, _difference(_quotient(1.0, _cos("ap/bank-command-rad")), 1.0))
+    parts = ["ap/theta-rad", "ap/path-rad", turn, pitch["sine-rad"]]
+    if facts.controls.flap:
+        # Lift that moving flaps add beyond that of the trim is taken off the wing: the pilot's hand goes with them.
+        added = _difference("ap/flap-lift-norm", "aero/coefficient/cl-flap")
+        parts.append(_quotient(added, derivatives(facts).cl_alpha))
+    wanted = _sum(*parts)
+    rate = _sum(
+        _product(gains.pitch.value, "ap/pitch-error-rad"),
+        pitch["rate-rad_sec"],
+        _product(-1.0, "velocities/thetadot-rad_sec"),
+    )
+    elevator = _product(-1.0, "ap/on", _sum(_product(gains.pitch_rate.value, rate), "ap/integral/pitch"))
+    speed_error = _product("ap/on", _difference("ap/speed-fps", "velocities/vt-fps"))
+    throttle = _clip(_sum(_product(gains.speed.value * FT, "ap/speed-error-fps"), "ap/integral/speed"), 1.0)
+    return (
+        _define("ap/path-error-rad", path_error)
+        + _integral("path", gains.path_integral.value, "ap/path-error-rad", gains.path_limit.value)
+        + _define("ap/path-rad", path)
+        + _define("ap/pitch-error-rad", _product("ap/on", _difference(wanted, "attitude/theta-rad")))
+        + _integral("pitch", gains.pitch_integral.value, "ap/pitch-error-rad", gains.pitch_integral_limit.value)
+        + _define("ap/elevator-norm", elevator)
+        + _define("ap/speed-error-fps", speed_error)
+        + _integral("speed", gains.speed_integral.value * FT, "ap/speed-error-fps", 1.0)
+        + _define("ap/throttle-norm", throttle)
+    )
+
+
+def _lateral(facts: Facts) -> str:
+    """Heading, roll, coordination, and the yaw maneuver."""
+    gains, roll, yaw = facts.autopilot, Sine("roll"), Sine("yaw")
+    speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
+    # psi and its set point lie in 0..2 pi; fmod of a positive argument wraps the difference. Near the poles both are
+    # counted from grid north: the longitude, -pi..pi, is added or taken off.
+    grid = _product("ap/grid-norm", "position/long-gc-rad")
+    turned = _difference(_sum("ap/heading-rad", 3.0 * math.pi), _sum("attitude/psi-rad", grid))
+    heading_error = _product("ap/on", _difference(_fmod(turned, 2.0 * math.pi), math.pi))
+    course = _product(
+        gains.course.value / (G0 / FT),
+        "ap/hold-heading",
+        speed,
+        _clip("ap/heading-error-rad", gains.intercept_limit.value),
+    )
+    bank = _clip(_sum(course, "ap/bank-rad"), gains.bank_limit.value)
+    roll_error = _product("ap/on", _difference(_sum("ap/bank-command-rad", _swing(roll, yaw)), "attitude/phi-rad"))
+    rate = _sum(
+        _product(gains.roll.value, "ap/roll-error-rad"),
+        _swing_rate(roll, yaw),
+        _product(-1.0, "velocities/phidot-rad_sec"),
+    )
+    aileron = _product("ap/on", _sum(_product(gains.roll_rate.value, rate), "ap/integral/roll"))
+    yaw_rate = _sum(
+        _product(gains.yaw.value, _sum("ap/heading-error-rad", _swing(yaw, roll))),
+        _swing_rate(yaw, roll),
+        _product(-1.0, "velocities/psidot-rad_sec"),
+    )
+    turn_rate = _difference(_quotient(_product(G0 / FT, _tan("attitude/phi-rad")), speed), "velocities/psidot-rad_sec")
+    rudder = _product(
+        "ap/on",
+        _if("ap/hold-yaw", _product(-gains.yaw_rate.value, yaw_rate), _product(-gains.coordination.value, turn_rate)),
+    )
+    return (
+        _define("ap/heading-error-rad", heading_error)
+        + _define("ap/bank-command-rad", bank)
+        + _define("ap/roll-error-rad", roll_error)
+        + _integral("roll", gains.roll_integral.value, "ap/roll-error-rad", gains.roll_integral_limit.value)
+        + _define("ap/aileron-norm", aileron)
+        + _define("ap/rudder-norm", rudder)
+    )
+
+
+def _surfaces(facts: Facts) -> str:
+    """Commands of trim, pilot and autopilot added, scaled to the larger travel, and moved by the actuators."""
+    controls = facts.controls
+    lag, rate = controls.actuator_lag.value, controls.actuator_rate.value
+    chains = (
+        ("elevator", controls.elevator, ("fcs/elevator-cmd-norm", "fcs/pitch-trim-cmd-norm"), "fcs/elevator-pos-rad"),
+        ("aileron", controls.aileron, ("fcs/aileron-cmd-norm", "fcs/roll-trim-cmd-norm"), "fcs/left-aileron-pos-rad"),
+        ("rudder", controls.rudder, ("fcs/rudder-cmd-norm", "fcs/yaw-trim-cmd-norm"), "fcs/rudder-pos-rad"),
+    )
+    text = ""
+    for name, surface, commands, output in chains:
+        low, high = surface.travel.value
+        command = f"ap/{name}-rad"
+        text += _define(command, _product(max(-low, high), _sum(*commands, f"ap/{name}-norm")))
+        text += (
+            f'  <actuator name="{name} actuator"><input>{command}</input><lag>{lag!r}</lag>'
+            f"<rate_limit>{rate!r}</rate_limit><clipto><min>{low!r}</min><max>{high!r}</max></clipto>"
+            f"<output>{output}</output></actuator>\n"
+        )
+    if controls.flap:
+        # A motor of constant rate that stops where it was asked to.
+        step = _product(controls.flap.rate.value, "simulation/dt")
+        left = _difference("ap/flap-rad", "fcs/flap-pos-rad")
+        moved = _max(_product(-1.0, step), _min(step, left))
+        text += _define("fcs/flap-pos-rad", _sum("fcs/flap-pos-rad", moved))
+    throttle = _max(0.0, _min(1.0, _sum("fcs/throttle-cmd-norm", "ap/throttle-norm")))
+    return text + _define("fcs/throttle-pos-norm", throttle)

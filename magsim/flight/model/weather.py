@@ -1,0 +1,140 @@
+"""Wind that changes with height, gusts and turbulence: what the air does beside its steady wind."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from magsim.scenario import Air, Gust, LinearShear, LogShear
+from magsim.streams import integer_seed, stream
+from magsim.units import FT
+
+TUSTIN, MILSPEC = 4, 3
+"""JSBSim's numbers of its two Dryden models."""
+
+
+SEVERITY_WIND_MPS = {0: 0.0, 1: 7.7, 2: 7.7, 3: 7.7, 4: 15.4, 5: 15.4, 6: 23.2, 7: 23.2}
+"""Wind at 20 ft of light, moderate and severe turbulence: 15, 30, 45 kt (MIL-F-8785C, 3.7.2)."""
+
+
+@dataclass(frozen=True)
+class Weather:
+    """What the air does beside its steady wind.
+
+    Attributes
+    ----------
+    shear : LinearShear or LogShear, optional
+    reference_m : float
+        Where the steady wind holds: height above the ellipsoid of a linear shear, above ground of a logarithmic one.
+    gusts : tuple of Gust
+        Times count from the first row.
+    severity : int
+        Of the turbulence, 0 to 7.
+    model : str
+        ``tustin`` or ``milspec``.
+    seed : int
+        Of the turbulence.
+    wind_20ft_mps : float, optional
+        What turbulence near the ground depends on; None takes it from the severity.
+    """
+
+    shear: LinearShear | LogShear | None = None
+    reference_m: float = 0.0
+    gusts: tuple[Gust, ...] = ()
+    severity: int = 0
+    model: str = "tustin"
+    seed: int = 1
+    wind_20ft_mps: float | None = None
+
+    @cached_property
+    def slots(self) -> tuple[tuple[Gust, ...], ...]:
+        """Gusts of each generator, in time order; two of one generator never overlap, nor touch within a second."""
+        slots: list[list[Gust]] = []
+        for gust in sorted(self.gusts, key=lambda gust: gust.at_s):
+            free = (slot for slot in slots if slot[-1].at_s + slot[-1].duration_s + 1.0 <= gust.at_s)
+            slot = next(free, None)
+            if slot is None:
+                slots.append([gust])
+            else:
+                slot.append(gust)
+        return tuple(map(tuple, slots))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Properties that Python writes during the flight."""
+        return tuple(gust_property(slot, name) for slot in range(len(self.slots)) for name in GUST_INPUTS)
+
+    def turbulence_properties(self) -> dict[str, float]:
+        """Settings of JSBSim's turbulence, in the order in which they are to be written."""
+        if not self.severity:
+            return {}
+        wind = SEVERITY_WIND_MPS[self.severity] if self.wind_20ft_mps is None else self.wind_20ft_mps
+        return {
+            "atmosphere/randomseed": self.seed,
+            "atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps": wind / FT,
+            "atmosphere/turbulence/milspec/severity": self.severity,
+            "atmosphere/turb-type": {"tustin": TUSTIN, "milspec": MILSPEC}[self.model],
+        }
+
+
+CALM = Weather()
+
+
+GUST_INPUTS = ("start-s", "duration-s", "north-fps", "east-fps", "down-fps")
+
+
+def gust_property(slot: int, name: str) -> str:
+    """Return the name of a property of a gust generator."""
+    return f"air/gust-{slot}/{name}"
+
+
+def drawn_gusts(air: Air, seed: int, last_s: float) -> tuple[Gust, ...]:
+    """The gusts of a scenario: those that it names, and those that it draws, up to a time from the first row.
+
+    Parameters
+    ----------
+    air : Air
+    seed : int
+        The scenario's.
+    last_s : float
+        Draws end here. A later end gives the same gusts and more.
+    """
+    gusts, settings = list(air.gusts), air.random_gusts
+    if settings is None:
+        return tuple(gusts)
+    rng = stream(seed, "gusts")
+    time = 1.0
+    while True:
+        time += float(rng.exponential(settings.every_s))
+        duration = float(rng.uniform(settings.shortest_s, settings.longest_s))
+        speed = float(rng.uniform(0.0, settings.speed_mps))
+        down, turn = float(rng.uniform(-1.0, 1.0)), float(rng.uniform(0.0, 2.0 * math.pi))
+        if time > last_s:
+            return tuple(gusts)
+        # Even over the sphere: the height of a point is even between the poles (Archimedes).
+        level = speed * math.sqrt(1.0 - down * down)
+        wind = {"north_mps": level * math.cos(turn), "east_mps": level * math.sin(turn), "down_mps": speed * down}
+        gusts.append(Gust(at_s=time, duration_s=duration, **wind))
+
+
+def weather_of(air: Air, seed: int, reference_m: float, last_s: float) -> Weather:
+    """The weather of a scenario.
+
+    Parameters
+    ----------
+    air : Air
+    seed : int
+        The scenario's.
+    reference_m : float
+        Where the steady wind holds, as ``Weather`` counts it.
+    last_s : float
+        No gust is drawn that begins later.
+    """
+    return Weather(
+        shear=air.shear,
+        reference_m=reference_m,
+        gusts=drawn_gusts(air, seed, last_s),
+        severity=air.turbulence_severity,
+        model=air.turbulence_model,
+        seed=integer_seed(seed, "turbulence"),
+        wind_20ft_mps=air.turbulence_wind_mps,
+    )

@@ -1,0 +1,245 @@
+"""Following a path ten times a second: place, course and curvature to heading and bank.
+
+The course error is added to the heading, so the aircraft crabs into the wind by itself; turns are led by the bank that
+the path's curvature needs, one delay ahead. While a roll train swings the course, the swing that a coordinated turn
+would give is taken out of the errors, so that the guidance works on the rest alone; while a yaw train swings the nose,
+its mean heading is held.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from magsim.aircraft.facts import Facts
+from magsim.flight.model.aero import derivatives
+from magsim.flight.path.elements import Element
+from magsim.flight.path.wind import crab_heading
+from magsim.flight.pilot.trains import Sweep
+from magsim.units import G0
+
+TICK_HZ = 10
+FOOT_M = 0.2
+"""Newton's steps to the foot of the aircraft on the path end below this; the error left is its square over R."""
+
+WIND_S = 6.0
+"""Time over which the wind is smoothed."""
+
+QUIET_GAIN, QUIET_OMEGA = 0.5, 0.2
+"""The course loop during a roll train: at most this part of its gain, and of the train's angular frequency."""
+
+
+LEAST_BANK = math.radians(5.0)
+"""Bank that corrections may always take, in a planned turn too."""
+
+FADE_S = 3.0
+"""Time in which one way of steering is faded into another at the ends of a train, so that the bank does not jump."""
+
+
+class Crossing(NamedTuple):
+    """The moment at which an element of the path was entered."""
+
+    index: int
+    time_s: float
+
+
+class Motion(NamedTuple):
+    """Place and velocity in the plane, heading, airspeed and sink rate."""
+
+    north_m: float
+    east_m: float
+    v_north: float
+    v_east: float
+    heading: float
+    airspeed: float
+    v_down: float = 0.0
+
+
+class Order(NamedTuple):
+    """What the autopilot is told; ``hold_heading`` is the share of the heading loop, 0 to 1."""
+
+    heading: float
+    bank: float
+    hold_heading: float
+    hold_yaw: bool
+    hold_height: bool
+
+
+def wrap(angle: float) -> float:
+    """An angle [rad] in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def _smooth(part: float) -> float:
+    """Cubic step from 0 to 1."""
+    return part * part * (3.0 - 2.0 * part)
+
+
+def _weathercock(facts: Facts) -> float:
+    """Error of the heading that holds the nose by the rudder, over the sideslip that turns it."""
+    gains, effect = facts.autopilot, derivatives(facts)
+    rudder = max(-facts.controls.rudder.travel.value[0], facts.controls.rudder.travel.value[1])
+    return -effect.yaw_beta / (effect.yaw_rudder * rudder * gains.yaw_rate.value * gains.yaw.value)
+
+
+class Guidance:
+    """Keeps the place along a path and steers to it.
+
+    Parameters
+    ----------
+    path : sequence of Element
+    facts : Facts
+    along_m : float
+        Where on the first element the flight begins; negative is before it.
+    most_bank : float
+        Bank [rad] to which corrections are held, so that they keep clear of the stall.
+    """
+
+    def __init__(self, path: Sequence[Element], facts: Facts, along_m: float, most_bank: float = math.inf) -> None:
+        gains = facts.autopilot
+        self._path = path
+        self._course_gain = gains.course.value
+        self._line_s = gains.line.value
+        self._intercept = gains.intercept_limit.value
+        self._lead_s = gains.bank_lag.value
+        self._held: float | None = None
+        self._held_course = 0.0
+        self._weathercock = _weathercock(facts)
+        self._most_bank = most_bank
+        self._hold, self._quiet, self._quiet_bank = 1.0, 0.0, 0.0
+        self._wind = (0.0, 0.0)
+        self._swing_course, self._swing_off_m = 0.0, 0.0
+        self._off_m = self._v_down = 0.0
+        self._place = path[0].at(along_m)
+        self.index = 0
+        self.along_m = along_m
+        self.crossings: list[Crossing] = []
+        self.finished_s: float | None = None
+
+    @property
+    def off_m(self) -> float:
+        """Distance from the path at the last tick, positive to the right [m]."""
+        return self._off_m
+
+    def step(self, time_s: float, motion: Motion, sweeps: Sequence[Sweep]) -> Order:
+        """Steer for the next tick.
+
+        Parameters
+        ----------
+        time_s : float
+        motion : Motion
+        sweeps : sequence of Sweep
+            Trains whose generators are at work now.
+        """
+        speed = math.hypot(motion.v_north, motion.v_east)
+        self._advance(time_s, motion, speed)
+        place, axes = self._place, {sweep.axis for sweep in sweeps}
+        rising, self._v_down = (self._v_down - motion.v_down) * TICK_HZ, motion.v_down
+        lifted = G0 + rising if "pitch" in axes else G0
+        self._swing(time_s, speed, [sweep for sweep in sweeps if sweep.axis == "roll"], lifted)
+        gain = self._course_gain
+        if "roll" in axes:
+            slowest = min(sweep.omega for sweep in sweeps if sweep.axis == "roll")
+            gain = min(QUIET_GAIN * gain, QUIET_OMEGA * slowest)
+        error = self._course_error(place.course, speed, motion, self._line_s * self._course_gain / gain)
+        lead, hold_height = self._lead_bank(speed, motion), "pitch" not in axes
+        self._fade(axes)
+        if "roll" in axes:
+            self._quiet_bank = gain * motion.airspeed / G0 * (error + self._swing_course)
+        bank, share = lead + _smooth(self._quiet) * self._quiet_bank, _smooth(self._hold)
+        if "yaw" in axes:
+            if self._held is None:
+                # The course that comes back to the line by the end of the trains.
+                lasts_s = max(sweep.stop_s + sweep.ease_out_s for sweep in sweeps) - time_s
+                error = self._course_error(place.course, speed, motion, max(self._line_s, lasts_s))
+                course = math.atan2(motion.v_east, motion.v_north) + error
+                self._held, self._held_course = crab_heading(motion.airspeed, course, self._wind), course
+            heading = self._held
+            if "roll" in axes:
+                # The rolled lift swings the course, slowly too where pitch swings it; the nose must not follow.
+                turned = wrap(math.atan2(motion.v_east, motion.v_north) - self._held_course)
+                heading -= self._weathercock * turned
+            return Order(heading % (2.0 * math.pi), bank, share, True, hold_height)
+        self._held = None
+        if not axes:
+            self._feel_wind(motion)
+        # The set point stands still for a tick while the heading turns: give it the turn of half a tick.
+        ahead = 0.5 / TICK_HZ * speed * place.curvature
+        most = max(LEAST_BANK, self._most_bank - abs(lead)) * G0 / (self._course_gain * motion.airspeed)
+        error = max(-most, min(most, error))
+        return Order((motion.heading + error + ahead) % (2.0 * math.pi), bank, share, False, hold_height)
+
+    def _fade(self, axes: set[str]) -> None:
+        """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
+        if not axes and self._hold == 1.0 and self._quiet == 0.0:
+            return
+        step = 1.0 / (FADE_S * TICK_HZ)
+        hold, quiet = not axes & {"roll", "yaw"}, "roll" in axes and "yaw" not in axes
+        self._hold = min(1.0, self._hold + step) if hold else max(0.0, self._hold - step)
+        self._quiet = min(1.0, self._quiet + step) if quiet else max(0.0, self._quiet - step)
+
+    def _feel_wind(self, motion: Motion) -> None:
+        """Wind as the difference of motion over ground and through the air, smoothed; only while nothing swings."""
+        heading = motion.heading
+        north = motion.v_north - motion.airspeed * math.cos(heading)
+        east = motion.v_east - motion.airspeed * math.sin(heading)
+        part = 1.0 / (WIND_S * TICK_HZ)
+        self._wind = self._wind[0] + part * (north - self._wind[0]), self._wind[1] + part * (east - self._wind[1])
+
+    def _swing(self, time_s: float, speed: float, sweeps: Sequence[Sweep], lifted: float) -> None:
+        """Course and distance from the path that a roll train makes: turn rate g tan(bank) / V, integrated.
+
+        ``lifted`` is what the lift holds up: g, and with it the vertical acceleration where pitch swings as well.
+        """
+        if not sweeps:
+            self._swing_course, self._swing_off_m = 0.0, 0.0
+            return
+        step_s = 1.0 / TICK_HZ
+        bank = math.fsum(sweep.angle(time_s - 0.5 * step_s) for sweep in sweeps)
+        before = self._swing_course
+        self._swing_course += step_s * lifted * math.tan(bank) / speed
+        self._swing_off_m += step_s * speed * math.sin(0.5 * (before + self._swing_course))
+
+    def _advance(self, time_s: float, motion: Motion, speed: float) -> None:
+        """Move along the path to the foot of the aircraft; note elements that were entered."""
+        self.along_m += speed / TICK_HZ
+        while True:
+            element = self._path[self.index]
+            ahead_m = math.inf
+            while abs(ahead_m) > FOOT_M:
+                north, east, course, curvature = self._place = element.at(self.along_m)
+                north, east = motion.north_m - north, motion.east_m - east
+                sin, cos = math.sin(course), math.cos(course)
+                self._off_m = east * cos - north * sin
+                ahead_m = (north * cos + east * sin) / max(0.2, 1.0 - curvature * self._off_m)
+                self.along_m += ahead_m
+            if not self.crossings and self.along_m >= 0.0:
+                self.crossings.append(Crossing(0, time_s - self.along_m / speed))
+            if self.along_m < element.length_m:
+                return
+            crossed_s = time_s - (self.along_m - element.length_m) / speed
+            if self.index + 1 == len(self._path):
+                if self.finished_s is None:
+                    self.finished_s = crossed_s
+                return
+            self.along_m -= element.length_m
+            self.index += 1
+            self.crossings.append(Crossing(self.index, crossed_s))
+
+    def _course_error(self, course: float, speed: float, motion: Motion, line_s: float) -> float:
+        """Turn to the course [rad] that closes the distance from the path in a time."""
+        back = math.atan((self._off_m - self._swing_off_m) / (speed * line_s))
+        wanted = course - max(-self._intercept, min(self._intercept, back))
+        return wrap(wanted - math.atan2(motion.v_east, motion.v_north))
+
+    def _lead_bank(self, speed: float, motion: Motion) -> float:
+        """Bank of the curvature one roll delay ahead: V_ground^2 / (R g), over the cosine of the crab angle."""
+        ahead = self.along_m + speed * self._lead_s
+        index = self.index
+        while ahead > self._path[index].length_m and index + 1 < len(self._path):
+            ahead -= self._path[index].length_m
+            index += 1
+        curvature = self._path[index].curvature(ahead)
+        if curvature == 0.0:
+            return 0.0
+        crab = wrap(math.atan2(motion.v_east, motion.v_north) - motion.heading)
+        return math.atan(speed**2 * curvature / (G0 * math.cos(crab)))

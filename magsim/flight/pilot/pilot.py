@@ -1,0 +1,282 @@
+"""One run of a plant along a path: guidance ten times a second, maneuvers on time, a log of every row."""
+
+import math
+from array import array
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import accumulate
+
+import numpy as np
+
+from magsim.aircraft.facts import Facts
+from magsim.earth.atmosphere import standard_density
+from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
+from magsim.flight.model.aero import bank_below_stall
+from magsim.flight.model.autopilot import Sine
+from magsim.flight.model.channels import CHANNELS, TO_SI
+from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
+from magsim.flight.model.setup import Setup
+from magsim.flight.path.elements import Element
+from magsim.flight.path.heights import HeightPlan
+from magsim.flight.path.plane import LocalPlane
+from magsim.flight.path.wind import ground_speed
+from magsim.flight.pilot.flaps import FlapHand
+from magsim.flight.pilot.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, wrap
+from magsim.flight.pilot.gusts import GustHands
+from magsim.flight.pilot.log import Log
+from magsim.flight.pilot.monitor import Watch
+from magsim.flight.pilot.response import LoopResponse
+from magsim.flight.pilot.trains import Sweep, sweeps_of_leg
+from magsim.scenario import FlapMove, PatternBase
+from magsim.terrain import Ground
+from magsim.units import FT
+
+CLIMB_LEAD_S = 0.8
+"""The pitch loops take about so long to take up a planned climb."""
+
+
+LIFT_PART = 0.9
+"""Corrections of the course take no more bank than this part of the largest lift holds up."""
+
+
+AHEAD_TICKS = 10
+"""The ground is looked up for so many ticks at once, along the straight line ahead."""
+
+
+class Pilot:
+    """Flies a plant along a path.
+
+    Parameters
+    ----------
+    facts : Facts
+    setup : Setup
+    plane : LocalPlane
+        In which the path lies.
+    path : sequence of Element
+    along_m : float
+        Where on the path's first element the plant begins, negative before it.
+    log_hz : int
+    response : sequence of LoopResponse
+        What the loops make of a sine in each part; the generators are asked for its inverse.
+    parts : sequence of PatternBase
+        Whose maneuvers are flown on the legs, by the part that an element belongs to.
+    sweeps : sequence of Sweep
+        Trains at given times of the plant, for calibration.
+    ground : Ground, optional
+        Below the path; without it, or where it is level, it stays as the plant began.
+    watch : Watch, optional
+        Ends the flight when controls saturate or a leg is missed.
+    heights : HeightPlan, optional
+        Along the path; without it the plant's first height is held.
+    flaps : sequence of FlapMove
+        Settings of the flap lever.
+    coupled : HookLoad, optional
+        What pulls on the hook of the setup.
+
+    Attributes
+    ----------
+    log_hz : int
+    planned : list of (float, float)
+        Time of each tick [s] and planned height there [m]; empty without a plan.
+    """
+
+    def __init__(
+        self,
+        facts: Facts,
+        setup: Setup,
+        *,
+        plane: LocalPlane,
+        path: Sequence[Element],
+        along_m: float,
+        log_hz: int,
+        response: Sequence[LoopResponse],
+        parts: Sequence[PatternBase] = (),
+        sweeps: Sequence[Sweep] = (),
+        ground: Ground | None = None,
+        watch: Watch | None = None,
+        heights: HeightPlan | None = None,
+        flaps: Sequence[FlapMove] = (),
+        coupled: HookLoad | None = None,
+    ) -> None:
+        self._ground = None if ground is None or ground.level else ground
+        self._below: list[float] = []
+        self._heights = heights
+        self._before_m = [0.0, *accumulate(element.length_m for element in path)]
+        self.planned: list[tuple[float, float]] = []
+        self.plant = Plant(facts, setup, coupled)
+        highest_m = setup.alt_m if heights is None else float(heights.height_m.max())
+        most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(highest_m), LIFT_PART)
+        self.guidance = Guidance(path, facts, along_m, most_bank)
+        self.sweeps: list[Sweep] = list(sweeps)
+        self._waiting: list[tuple[Sweep, LoopResponse]] = [(sweep, response[0]) for sweep in sweeps]
+        self._flying: list[Sweep] = []
+        self.path: Sequence[Element] = path
+        self._plane, self._parts, self._setup = plane, tuple(parts), setup
+        self._responses = tuple(response)
+        self.log_hz = log_hz
+        self._steps_per_row = setup.step_hz // log_hz
+        self._rows = array("d", self.plant.row)
+        self._seen = 0
+        self._ordered: Order | None = None
+        self._watch, self._gusts = watch, GustHands(setup.weather)
+        self.flaps = FlapHand(flaps)
+        self._turned = self._convergence()
+
+    def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
+        """Fly until ``done`` says so; ``tick`` is called after every tick of the guidance."""
+        rows_per_tick = self.log_hz // TICK_HZ
+        run, steps, rows = self.plant.run, self._steps_per_row, self._rows
+        self._guide()
+        while not done(self):
+            for _ in range(rows_per_tick):
+                rows.extend(run(steps))
+            self._guide()
+            if tick is not None:
+                tick(self)
+        table = np.frombuffer(rows, dtype=float).reshape(-1, len(CHANNELS)) * TO_SI
+        return Log(np.arange(len(table)) / self.log_hz, table)
+
+    def _guide(self) -> None:
+        time, guidance = self.plant.time_s, self.guidance
+        lat, lon, v_north, v_east, v_down, heading, airspeed = self.plant.motion()
+        if self._ground is not None:
+            if not self._below:
+                self._below = self._look_ahead(self._ground)
+            self.plant.ground(self._below.pop())
+        place = self._plane.motion(lat, lon, v_north, v_east)
+        self._start_sweeps(time)
+        if self._flying:
+            self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
+        # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
+        turned = math.atan2(place[3], place[2]) - math.atan2(v_east, v_north)
+        motion = Motion(*place, heading + turned, airspeed, v_down)
+        # The autopilot counts from local north, or grid north near the poles.
+        turned = wrap(turned - self._setup.grid * lon)
+        turning, self._turned = wrap(turned - self._turned), turned
+        order = guidance.step(time, motion, self._flying)
+        if self._watch is not None:
+            self._look()
+        self._plan_legs(guidance.crossings)
+        for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
+            self.plant.command(name, setting)
+        flaps = self.flaps.setting(time)
+        if flaps is not None:
+            self.plant.command("ap/flap-rad", flaps)
+        # The set point stands still for a tick while north turns: give it the turn of half a tick.
+        self._give(order, order.heading - turned - 0.5 * turning)
+        if self._heights is not None:
+            self._climb(self._heights, time, math.hypot(motion.v_north, motion.v_east))
+
+    def _climb(self, heights: HeightPlan, time_s: float, speed: float) -> None:
+        """Order the planned height at the middle of the next tick, and the planned climb one delay of the loops on."""
+        along = self._before_m[self.guidance.index] + self.guidance.along_m
+        self.planned.append((time_s, heights.at(along)))
+        self.plant.command("ap/height-ft", heights.at(along + 0.5 * speed / TICK_HZ) / FT)
+        self.plant.command("ap/climb-fps", heights.slope(along + CLIMB_LEAD_S * speed) * speed / FT)
+
+    def _look_ahead(self, ground: Ground) -> list[float]:
+        """Height of the ground [m] at the middle of each of the next ticks, the last one first."""
+        value = self.plant.value
+        after_s = (np.arange(AHEAD_TICKS)[::-1] + 0.5) / TICK_HZ
+        here_e = ecef_from_geodetic(value("lat"), value("lon"), value("alt"))
+        north_e, east_e = rot_ne_at(value("lat"), value("lon"))[:2]
+        velocity_e = value("v_north") * north_e + value("v_east") * east_e
+        lat, lon, _ = geodetic_from_ecef(here_e + after_s[:, None] * velocity_e)
+        return ground.height(lat, lon).tolist()
+
+    def _convergence(self) -> float:
+        """What makes the autopilot's headings those of the plane [rad], by the motion over ground."""
+        value = self.plant.value
+        north, east = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))[2:]
+        turned = math.atan2(east, north) - math.atan2(value("v_east"), value("v_north"))
+        return wrap(turned - self._setup.grid * value("lon"))
+
+    def _look(self) -> None:
+        """End a flight that has gone wrong."""
+        watch, plant, guidance = self._watch, self.plant, self.guidance
+        trouble = watch.controls(plant.row)
+        if not trouble and guidance.crossings:
+            trouble = watch.line(self.path[guidance.index], guidance.off_m)
+        if trouble:
+            raise FlightTroubleError(trouble, plant.row, plant.time_s)
+
+    def _give(self, order: Order, heading: float) -> None:
+        """Write what has changed, and the heading as the autopilot counts it."""
+        command, old = self.plant.command, self._ordered
+        command("ap/heading-rad", heading % (2.0 * math.pi))
+        if old is None or order.bank != old.bank:
+            command("ap/bank-rad", order.bank)
+        if old is None or (order.hold_heading, order.hold_yaw, order.hold_height) != (
+            old.hold_heading,
+            old.hold_yaw,
+            old.hold_height,
+        ):
+            command("ap/hold-heading", order.hold_heading)
+            command("ap/hold-yaw", float(order.hold_yaw))
+            command("ap/hold-height", float(order.hold_height))
+        self._ordered = order
+
+    def _plan_legs(self, crossings: Sequence[Crossing]) -> None:
+        """Plan the trains of a leg when it has been entered."""
+        while self._seen < len(crossings):
+            crossing = crossings[self._seen]
+            if self._seen == 0:
+                # Gusts count from the first row, on JSBSim's clock.
+                zero_s = first_row_s(crossing.time_s, self.log_hz)
+                self._gusts.begin(zero_s, self.plant.clock_s - self.plant.time_s)
+                self.flaps.begin(zero_s)
+            self._seen += 1
+            element = self.path[crossing.index]
+            if not element.turn:
+                self.flaps.entered(element.circuit, element.leg, crossing.time_s)
+            if not self._parts or element.turn:
+                continue
+            planned = _sweeps_on(element, self._parts, self._setup, crossing.time_s)
+            self.sweeps += planned
+            self._waiting += [(sweep, self._responses[element.label.part]) for sweep in planned]
+
+    def _start_sweeps(self, time_s: float) -> None:
+        """Hand a train to its generator on the last tick before it begins to rise."""
+        while self._waiting:
+            sweep, response = self._waiting[0]
+            if sweep.start_s - sweep.ease_in_s >= time_s + 1.0 / TICK_HZ:
+                return
+            del self._waiting[0]
+            drive = response.drive(sweep)
+            names, command = Sine(sweep.axis), self.plant.command
+            offset = self.plant.clock_s - self.plant.time_s
+            command(names["omega-rad_sec"], sweep.omega)
+            command(names["amplitude-rad"], math.radians(sweep.amplitude_deg) / drive.gain)
+            command(names["phase-rad"], drive.lead)
+            if names.other is not None:
+                direct, quadrature = drive.feed or (0.0, 0.0)
+                command(names["fed"], float(drive.feed is not None))
+                command(names["feed-norm"], direct)
+                command(names["feed-s"], quadrature)
+            command(names["cycles"], float(sweep.cycles))
+            command(names["ease-in-s"], max(sweep.ease_in_s, 1e-3))
+            command(names["ease-out-s"], max(sweep.ease_out_s, 1e-3))
+            command(names["start-s"], sweep.start_s + offset)
+            self._flying.append(sweep)
+
+
+def _sweeps_on(element: Element, parts: Sequence[PatternBase], setup: Setup, start_s: float) -> list[Sweep]:
+    """The trains of a leg that is entered at a time."""
+    speed = ground_speed(setup.speed_mps, math.radians(element.heading_deg), setup.wind_mps)
+    leg_s = element.length_m / max(1.0, speed)
+    return sweeps_of_leg(parts[element.label.part], element.label, start_s, leg_s)
+
+
+def planned_sweeps(path: Sequence[Element], parts: Sequence[PatternBase], setup: Setup) -> list[Sweep]:
+    """The trains that a flight along a path has, each counted from the beginning of its leg."""
+    return [sweep for leg in path if not leg.turn for sweep in _sweeps_on(leg, parts, setup, 0.0)]
+
+
+def first_row_s(crossed_s: float, log_hz: int) -> float:
+    """Time of the first recorded row: the row of the log that is next to the entry of the path."""
+    return round(crossed_s * log_hz) / log_hz
+
+
+def on_clock(sweep: Sweep, zero_s: float) -> Sweep:
+    """The same train with its start counted from another zero."""
+    return replace(sweep, start_s=sweep.start_s - zero_s)

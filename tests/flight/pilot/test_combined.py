@@ -1,0 +1,105 @@
+"""Calibration of combined maneuvers against a coupled plant whose exact inverse is known."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from magsim.errors import DataError, RequestError
+from magsim.flight.pilot.combined import close_joint, drives_from_arrays, drives_to_arrays
+from magsim.flight.pilot.measure import ANGLES
+from magsim.flight.pilot.response import Drive, LoopResponse
+from magsim.flight.pilot.trains import Joint, JointSwing, Sweep, joint_sweeps
+from magsim.trajectory import Trajectory
+
+OWN = {"roll": 0.9, "pitch": 0.8, "yaw": 0.7}
+COUPLING = {"roll": ("yaw", 0.2), "yaw": ("roll", -0.3)}
+"""What an axis makes of the command of another one, beside what it makes of its own."""
+
+ALONE = LoopResponse(
+    np.array([3.0, 6.0, 12.0, 30.0]),
+    {axis: np.full(4, gain) for axis, gain in OWN.items()},
+    {axis: np.zeros(4) for axis in OWN},
+)
+
+
+def commands(sweeps: list[Sweep], drives: dict[str, Drive], time: np.ndarray) -> dict[str, np.ndarray]:
+    """Commands of the axes as the generators and their feeds are defined, without envelopes."""
+    sines, rates = {}, {}
+    for s in sweeps:
+        amplitude, angle = math.radians(s.amplitude_deg) / drives[s.axis].gain, s.omega * (time - s.start_s)
+        sines[s.axis] = amplitude * np.sin(angle + drives[s.axis].lead)
+        rates[s.axis] = amplitude * s.omega * np.cos(angle + drives[s.axis].lead)
+    out = dict(sines)
+    for axis, sine in sines.items():
+        if drives[axis].feed is not None:
+            other, (direct, quadrature) = COUPLING[axis][0], drives[axis].feed
+            out[axis] = sine + direct * sines[other] + quadrature * rates[other]
+    return out
+
+
+def flown_by(bend: Callable[[np.ndarray], np.ndarray]) -> Callable[..., Trajectory]:
+    def fly(sweeps: list[Sweep], response: LoopResponse, stop_s: float) -> Trajectory:
+        time = np.arange(0.0, stop_s + 1e-9, 1.0 / 30.0)
+        told = commands(sweeps, next(iter(response.joints.values())), time)
+        attitude = np.zeros((len(time), 3))
+        for axis, command in told.items():
+            other, factor = COUPLING.get(axis, ("", 0.0))
+            attitude[:, ANGLES[axis]] = bend(OWN[axis] * command + factor * told.get(other, np.zeros_like(time)))
+        still = np.zeros(len(time))
+        return Trajectory(time, still, still, still, np.zeros((len(time), 3)), attitude, attitude, np.zeros(3))
+
+    return fly
+
+
+def maneuver(*swings: tuple[str, float, float]) -> Joint:
+    return tuple(
+        JointSwing(axis, 0.4 * i, period, 5, amplitude, 0.5 * period, 0.5 * period)
+        for i, (axis, amplitude, period) in enumerate(swings)
+    )
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        maneuver(("roll", 8.0, 6.0), ("yaw", 4.0, 6.0)),
+        maneuver(("roll", 8.0, 6.0), ("yaw", 4.0, 9.0)),
+        maneuver(("pitch", 5.0, 8.0), ("roll", 10.0, 5.0), ("yaw", 6.0, 7.0)),
+    ],
+)
+def test_the_inverse_of_a_coupled_plant_is_found(joint: Joint) -> None:
+    drives = close_joint(joint, ALONE, flown_by(lambda angle: angle))
+    sweeps = joint_sweeps(joint, 100.0)
+    time = np.arange(100.0, 130.0, 0.05)
+    told = commands(sweeps, drives, time)
+    asked = {s.axis: math.radians(s.amplitude_deg) * np.sin(s.omega * (time - s.start_s)) for s in sweeps}
+    if "pitch" in asked:
+        np.testing.assert_allclose(told["pitch"], asked["pitch"] / OWN["pitch"], atol=math.radians(0.05))
+    # Both commands by the inverse of the plant's matrix.
+    matrix = np.array([[OWN["roll"], COUPLING["roll"][1]], [COUPLING["yaw"][1], OWN["yaw"]]])
+    exact = np.linalg.solve(matrix, np.stack([asked["roll"], asked["yaw"]]))
+    np.testing.assert_allclose(told["roll"], exact[0], atol=math.radians(0.05))
+    np.testing.assert_allclose(told["yaw"], exact[1], atol=math.radians(0.05))
+
+
+def test_drives_are_kept_as_arrays() -> None:
+    drives = {"pitch": Drive(0.8, 0.1), "roll": Drive(0.9, -0.2, (0.3, 0.4))}
+    assert drives_from_arrays(drives_to_arrays(drives)) == drives
+
+
+def test_what_cannot_be_closed_is_refused() -> None:
+    joint = maneuver(("roll", 8.0, 6.0), ("yaw", 4.0, 6.0))
+    stop = math.radians(3.0)
+    told = r"roll 8 deg in 6 s, yaw 4 deg in 6 s cannot be flown as asked: .*roll is off by \d\.\d\d deg.*; allowed: "
+    with pytest.raises(RequestError, match=told):
+        close_joint(joint, ALONE, flown_by(lambda angle: np.clip(angle, -stop, stop)))
+
+
+def test_a_flight_that_ends_early_is_told() -> None:
+    def crash(*_: object) -> Trajectory:
+        msg = "the flight stalled at t = 31.0 s"
+        raise DataError(msg)
+
+    with pytest.raises(RequestError, match=r"cannot be flown as asked: the flight stalled at t = 31\.0 s; allowed: "):
+        close_joint(maneuver(("roll", 8.0, 6.0), ("pitch", 4.0, 6.0)), ALONE, crash)
