@@ -29,14 +29,14 @@ def test_files_that_the_readme_names_exist():
 
 
 def test_the_own_compensator_of_the_page_can_be_scored(calibration, monkeypatch, tmp_path):
-    from magsim.benchmark import benchmark
+    from magsim.benchmark import evaluate
     from magsim.compensation import registry
 
     monkeypatch.setattr(registry, "_REGISTRY", dict(registry._REGISTRY))
     text = (ROOT / "docs" / "compensators.md").read_text(encoding="utf-8")
     example = tmp_path / "mine.py"
     example.write_text(re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)[0], encoding="utf-8")
-    report = benchmark([calibration], [runpy.run_path(str(example))["Mine"](), "tl16", "noise_floor"])
+    report = evaluate([calibration], [runpy.run_path(str(example))["Mine"](), "tl16", "noise_floor"])
     assert report.value("mine", "ir") == pytest.approx(1.0)
     assert report.value("mine", "rmse_nt") < 400.0
 

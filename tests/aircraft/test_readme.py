@@ -5,12 +5,13 @@ from collections.abc import Iterable
 
 import pytest
 
-from magsim import assets, metrics
+from magsim import assets
 from magsim.aircraft import load_aircraft, load_bird
 from magsim.field import load_response
 from magsim.field.response import response_at
 from tests.benchmarks import aircraft_modes, aircraft_performance
 from tests.benchmarks.aircraft_levels import BELOW_M, lines, swing_lines, vehicle
+from tests.support import scores
 
 
 def page(name: str = "c208b") -> str:
@@ -54,4 +55,4 @@ def test_performance_is_that_of_the_model():
 
 def test_level_of_the_calibration_flight(calibration):
     said = float(re.search(r"center sees ([\d.]+) nT in 0\.1-0\.6 Hz", page())[1])
-    assert abs(metrics.band_std(calibration["interference_cabin_nt"], calibration.rate_hz) - said) < 0.06
+    assert abs(scores.band_std(calibration["interference_cabin_nt"], calibration.rate_hz) - said) < 0.06

@@ -3,12 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim import columns, metrics, signals
-from magsim.benchmark import benchmark
+from magsim import columns, signals
+from magsim.benchmark import evaluate
 from magsim.benchmark.anomaly import anomaly, gain
 from magsim.compensation import Compensator, create
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
+from tests.support import scores
 from tests.support.worlds import World, calibration
 
 WORLD = World()
@@ -60,7 +61,7 @@ def recording():
 
 def test_nothing_and_the_noise_floor(recording):
     """White noise of 0.01 nT at 10 Hz is 0.0030 nT in band; without compensation the ratio is 1."""
-    report = benchmark([recording], ["none", "noise_floor"])
+    report = evaluate([recording], ["none", "noise_floor"])
     assert report.value("none", "ir") == 1.0
     assert report.value("none", "ir_paper") == 1.0
     assert report.value("noise_floor", "std_nt") == pytest.approx(0.0030, abs=0.0002)
@@ -72,7 +73,7 @@ def test_nothing_and_the_noise_floor(recording):
 
 def test_scores_are_those_of_the_definition(recording):
     """By hand: the error against B_t - B_e, whole test part filtered, 30 s cropped at both ends."""
-    report = benchmark([recording], ["tl16"])
+    report = evaluate([recording], ["tl16"])
     test = recording.where(split="test")
     method = create("tl16").fit(
         [recording.where(split="train").labeled()], sensor="cabin", valid=[recording.where(split="valid").labeled()]
@@ -107,28 +108,28 @@ def test_the_ratio_above_3_hundredths_hz_is_that_of_the_metric(recording):
     """On all test rows and on each heading, 60 s from the ends; the rest of the rows have the other scores."""
     test = recording.where(split="test")
     method = create("tl16_measured").fit([recording.where(split="train").labeled()], sensor="cabin")
-    report = benchmark([recording.where(split="test")], [("tl", method), "noise_floor"])
+    report = evaluate([recording.where(split="test")], [("tl", method), "noise_floor"])
     reading, rate_hz = test["mag_cabin_nt"], test.rate_hz
     compensated = reading - method.interference(test.blind())
-    assert report.value("tl", "ir_003") == pytest.approx(metrics.ir_003(reading, compensated, rate_hz), rel=1e-12)
+    assert report.value("tl", "ir_003") == pytest.approx(scores.ir_003(reading, compensated, rate_hz), rel=1e-12)
     into = test.time_s - test.time_s[0]
     far = (into >= 60.0 - 1e-9) & (into <= into[-1] - 60.0 + 1e-9)
     found = {}
     for heading in (0, 90, 180, 270):
         rows = far & (test["turn"] == 0.0) & (test["leg_heading_deg"] == heading)
         found[heading] = report.value("tl", "ir_003", segment=f"heading {heading}")
-        expected = metrics.ir_003(reading, compensated, rate_hz, rows)
+        expected = scores.ir_003(reading, compensated, rate_hz, rows)
         assert found[heading] == pytest.approx(expected, rel=1e-12)
     assert len(set(found.values())) == 4
     assert report.value("tl", "ir_003", segment="roll") > 1.0
-    floor = metrics.ir_003(reading, reading - test["interference_cabin_nt"], rate_hz)
+    floor = scores.ir_003(reading, reading - test["interference_cabin_nt"], rate_hz)
     assert report.value("noise_floor", "ir_003") == pytest.approx(floor, rel=1e-12)
     assert report.about["high_pass_edge_s"] == 60.0
 
 
 def test_pieces_that_are_too_short_for_the_high_pass_lack_its_score(recording):
     short = recording.take(slice(0, 6400 + 1100))
-    report = benchmark([short], ["none"])
+    report = evaluate([short], ["none"])
     assert report.value("none", "ir") == 1.0
     assert "ir_003" not in {row.metric for row in report.rows}
     assert "recording 'world' has no ir_003: no test piece is longer than the 120 s" in report.to_text()
@@ -136,7 +137,7 @@ def test_pieces_that_are_too_short_for_the_high_pass_lack_its_score(recording):
 
 def test_methods_with_settings_are_called_as_they_are_written(recording):
     texts = ["tl16_gradient:order=0:vertical=false", "tl16_gradient:order=0", "tl16_measured"]
-    report = benchmark([recording], texts)
+    report = evaluate([recording], texts)
     assert report.methods == tuple(texts)
     plain, height, measured = (report.value(text, "ir") for text in texts)
     assert plain == measured
@@ -146,7 +147,7 @@ def test_methods_with_settings_are_called_as_they_are_written(recording):
 
 def test_methods_learn_from_labels_and_are_judged_blind(recording):
     stub = Stub(function=zeros)
-    benchmark([recording], [stub], seed=7)
+    evaluate([recording], [stub], seed=7)
     (train,), (valid,), seed = stub.given
     assert seed == 7
     for given, split in ((train, 0), (valid, 1)):
@@ -168,7 +169,7 @@ def test_an_anomaly_must_pass():
         reading = r["mag_cabin_nt"]
         return reading - reading.mean()
 
-    report = benchmark([recording], [("constant", Stub(function=smooth)), ("honest", Stub(function=zeros))])
+    report = evaluate([recording], [("constant", Stub(function=smooth)), ("honest", Stub(function=zeros))])
     assert abs(report.value("constant", "gain")) < 1e-9
     # the papers' ratio falls for it
     assert report.value("constant", "ir_paper") > 1e6
@@ -187,8 +188,8 @@ def test_all_methods_are_judged_on_the_rows_after_the_longest_warmup(recording):
     def late(r):
         return np.where(r.time_s - r.time_s[0] < 50.0, np.nan, 0.0)
 
-    alone = benchmark([recording], ["none"])
-    both = benchmark([recording], ["none", Stub(function=late, warmup=50.0)])
+    alone = evaluate([recording], ["none"])
+    both = evaluate([recording], ["none", Stub(function=late, warmup=50.0)])
     assert both.value("none", "std_nt") == both.value("stub", "std_nt")
     assert both.value("none", "std_nt") != alone.value("none", "std_nt")
     test = recording.where(split="test")
@@ -203,7 +204,7 @@ def test_pieces_are_filtered_each_by_itself(recording):
     rows = np.ones(len(recording), dtype=bool)
     rows[9000:9400] = False
     holed = recording.take(rows)
-    report = benchmark([holed], ["none"])
+    report = evaluate([holed], ["none"])
     kept = []
     for piece in holed.where(split="test").pieces():
         interference = piece["mag_cabin_nt"] - piece["clean_cabin_nt"]
@@ -227,33 +228,33 @@ def test_rows_without_a_reading_are_neither_learned_nor_judged(recording):
     holed = with_dropouts(recording, *spans)
     rows = holed["mag_cabin_valid"] == 1.0
     methods = ["none", "tl16_measured", "noise_floor"]
-    report, wanted = benchmark([holed], methods), benchmark([recording.take(rows)], methods)
+    report, wanted = evaluate([holed], methods), evaluate([recording.take(rows)], methods)
     assert [(row, row.value) for row in report.rows] == [(row, row.value) for row in wanted.rows]
     assert report.value("noise_floor", "std_nt") == pytest.approx(0.0030, abs=0.0003)
     (note,) = report.notes
     assert note.startswith("recording 'world': 4 test rows in which 'cabin' does not read are left out, and 30 s on")
     # Held through, the dropouts would be all that is seen.
-    ignored = benchmark([without(holed, "mag_cabin_valid")], ["none"])
+    ignored = evaluate([without(holed, "mag_cabin_valid")], ["none"])
     assert ignored.value("none", "std_nt") > 30.0 * report.value("none", "std_nt")
 
 
 def test_a_magnetometer_that_always_reads_changes_no_bit(recording):
     methods = ["none", "tl16", "tl18_measured", "noise_floor"]
-    plain, told = benchmark([recording], methods), benchmark([with_dropouts(recording)], methods)
+    plain, told = evaluate([recording], methods), evaluate([with_dropouts(recording)], methods)
     assert told.to_json() == plain.to_json()
 
 
 def test_a_magnetometer_that_never_reads_is_told(recording):
     silent = with_dropouts(recording, slice(None))
     with pytest.raises(RequestError, match="no row of 'world' has split = test and a reading of 'cabin'"):
-        benchmark([silent], ["none"])
+        evaluate([silent], ["none"])
     with pytest.raises(DataError, match="'cabin' does not read in any row of 'world', 'world' that is to be learned"):
-        benchmark([with_dropouts(recording, slice(0, 6400))], ["tl16"])
+        evaluate([with_dropouts(recording, slice(0, 6400))], ["tl16"])
     often = with_dropouts(recording, slice(None, None, 500))
     with pytest.raises(DataError, match=r"longest test piece without a dropout lasts 49\.8 s"):
-        benchmark([often], ["none"])
+        evaluate([often], ["none"])
     other = replace(silent, name="other")
-    report = benchmark([recording, other], ["none"])
+    report = evaluate([recording, other], ["none"])
     assert report.recordings == ("world",)
     assert any(note.startswith("recording 'other': 6400 test rows") for note in report.notes)
 
@@ -261,17 +262,17 @@ def test_a_magnetometer_that_never_reads_is_told(recording):
 def test_several_recordings_are_learned_together_and_judged_each(recording):
     other = calibration(WORLD, 1, "other")
     stub = Stub(function=zeros)
-    report = benchmark([recording, other], ["none", stub])
+    report = evaluate([recording, other], ["none", stub])
     assert report.recordings == ("world", "other")
     assert [len(side) for side in stub.given[:2]] == [2, 2]
     assert report.value("none", "std_nt", recording="other") != report.value("none", "std_nt", recording="world")
-    only = benchmark([recording.where(circuit=1), other], ["none"])
+    only = evaluate([recording.where(circuit=1), other], ["none"])
     assert only.recordings == ("other",)
 
 
 def test_without_truth_only_the_papers_scores(recording):
     survey = without(recording, "clean", "total", "error", *columns.COMPONENTS, "interference", "projection")
-    report = benchmark([survey], ["none", "tl16_measured", "noise_floor"])
+    report = evaluate([survey], ["none", "tl16_measured", "noise_floor"])
     assert report.methods == ("none", "tl16_measured")
     found = {row.metric for row in report.rows}
     assert found == {"std_paper_nt", "ir_paper", "ir_003", "fom_paper_nt", "peak_paper_nt", "gain"}
@@ -279,23 +280,23 @@ def test_without_truth_only_the_papers_scores(recording):
     assert any("has no truth" in note for note in report.notes)
     assert "note: recording 'world' has no truth" in report.to_text()
     bare = without(survey, "leg", "maneuver", "turn", "cycle", "circuit")
-    assert {row.segment for row in benchmark([bare], ["none"]).rows} == {"test"}
+    assert {row.segment for row in evaluate([bare], ["none"]).rows} == {"test"}
 
 
 def test_fitted_methods_are_judged_as_they_are(recording):
     method = create("tl16").fit([recording.where(split="train").labeled()], sensor="cabin")
     before = method.coefficients_.copy()
     test_rows = recording.where(split="test")
-    report = benchmark([test_rows], [("trained", method)])
+    report = evaluate([test_rows], [("trained", method)])
     np.testing.assert_array_equal(method.coefficients_, before)
     assert report.methods == ("trained",)
     assert "trained" not in report.fit_s
     with pytest.raises(RequestError, match="was trained for the sensor 'cabin', not 'wing'"):
-        benchmark([test_rows], [method], sensor="wing")
+        evaluate([test_rows], [method], sensor="wing")
 
 
 def test_report_is_the_same_twice_but_for_times(recording):
-    one, two = (benchmark([recording], ["none", "tl16", "tl18", "noise_floor"]) for _ in range(2))
+    one, two = (evaluate([recording], ["none", "tl16", "tl18", "noise_floor"]) for _ in range(2))
     assert one.to_json() == two.to_json()
     assert one.to_text(times=False) == two.to_text(times=False)
     assert "fit_s" not in one.to_json()
@@ -324,14 +325,14 @@ def test_report_is_the_same_twice_but_for_times(recording):
 )
 def test_what_cannot_be_judged_is_told(recording, *, change, methods, options, error, text):
     with pytest.raises(error, match=text):
-        benchmark([change(recording)], methods, **options)
+        evaluate([change(recording)], methods, **options)
     with pytest.raises(RequestError, match="no recording was given"):
-        benchmark([], methods)
+        evaluate([], methods)
 
 
 def test_recording_is_not_changed(recording):
     assert isinstance(recording, Recording)
     before = {name: column.copy() for name, column in recording.data.items()}
-    benchmark([recording], ["tl16"])
+    evaluate([recording], ["tl16"])
     for name, column in before.items():
         np.testing.assert_array_equal(recording[name], column)

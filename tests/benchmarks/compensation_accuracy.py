@@ -10,20 +10,21 @@ import statistics
 import sys
 
 import numpy as np
-from magsim.compensation.features import EDDY_16, INDUCED_16
-from magsim.compensation.ridge import fit_ridge
 
-from magsim import columns, metrics, signals
+from magsim import columns, signals
 from magsim.compensation import TollesLawson, create
-from magsim.compensation.tolles_lawson import in_band
+from magsim.compensation.columns.tolles_lawson import EDDY_16, INDUCED_16
+from magsim.compensation.solvers import ridge
 from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.loading import load_scenario
 from magsim.recording import Recording
+from magsim.signals import in_band
 from magsim.simulation import record, simulate
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 from tests.benchmarks.rows import Row, at_least, at_most, finish, within
+from tests.support import scores
 
 PAPER_TL_NT = 0.037
 """STD after Tolles-Lawson in 0.1 to 0.6 Hz on the simulated data set (paper 000, table 2)."""
@@ -42,7 +43,7 @@ def error_std(recording: Recording, estimate: np.ndarray) -> float:
     """In-band STD [nT] of the error against truth on a test recording."""
     sensor = recording.scalars[0]
     interference = recording[columns.MAG.name(sensor=sensor)] - recording[columns.CLEAN.name(sensor=sensor)]
-    return metrics.band_std(interference - estimate, recording.rate_hz)
+    return scores.band_std(interference - estimate, recording.rate_hz)
 
 
 def fitted(recording: Recording, method: object, seed: int = 0) -> object:
@@ -89,9 +90,9 @@ def linear_residuals(truth: FieldTruth, recording: Recording) -> dict[str, float
         matrix = linear_columns(cosines, rate, strength)
         table = np.column_stack([matrix, label])
         rows = in_band(table[train], recording.time_s[train])
-        fit = fit_ridge(rows[:, :-1], rows[:, -1])
+        fit = ridge(rows[:, :-1], rows[:, -1])
         error = label[test] - matrix[test] @ fit.coefficients
-        out[name] = metrics.band_std(error, recording.rate_hz)
+        out[name] = scores.band_std(error, recording.rate_hz)
     return out
 
 
@@ -99,10 +100,10 @@ def simulated_rows(seeds: int, preset: str) -> list[Row]:
     """Figures of the shipped flight and of paper 000's world; without seeds, Tolles-Lawson alone."""
     raw = simulate(load_scenario("calibration_c208b"))
     sensor = raw.scalars[0]
-    raw_std = metrics.band_std(raw[columns.INTERFERENCE.name(sensor=sensor)], raw.rate_hz)
+    raw_std = scores.band_std(raw[columns.INTERFERENCE.name(sensor=sensor)], raw.rate_hz)
     rows = [within("raw_in_band_std", raw_std, "nT", 10.0, 25.0)]
     ceiling = simulate(load_scenario("calibration_c208b", CEILING))
-    ceiling_std = metrics.band_std(ceiling[columns.INTERFERENCE.name(sensor="ceiling")], ceiling.rate_hz)
+    ceiling_std = scores.band_std(ceiling[columns.INTERFERENCE.name(sensor="ceiling")], ceiling.rate_hz)
     rows.append(within("rear_ceiling_in_band_std", ceiling_std, "nT", 8.0, 25.0))
     paper = simulate(load_scenario("papers/000_simulated"))
     test = paper.where(split="test")

@@ -6,12 +6,13 @@ circuit 1 by the fluxgate and judged on circuit 2, for the drone on one flight a
 
 import argparse
 
-from magsim import columns, metrics
+from magsim import columns
 from magsim.compensation import TollesLawson
 from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
 from tests.benchmarks.rows import Row, finish, stated, within
+from tests.support import scores
 
 CALIBRATION = {"off": "false", "on": "true"}
 OTHER_FLIGHT = ("seed=2", "recording.train_circuits=[]")
@@ -27,7 +28,7 @@ def left(recording: Recording, method: TollesLawson, sensor: str) -> tuple[float
     """In-band STD [nT] of the interference on a recording, before and after compensation."""
     interference = recording[columns.MAG.name(sensor=sensor)] - recording[columns.CLEAN.name(sensor=sensor)]
     error = interference - method.interference(recording.blind())
-    return metrics.band_std(interference, recording.rate_hz), metrics.band_std(error, recording.rate_hz)
+    return scores.band_std(interference, recording.rate_hz), scores.band_std(error, recording.rate_hz)
 
 
 def carrier_rows() -> list[Row]:

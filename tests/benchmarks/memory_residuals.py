@@ -8,11 +8,11 @@ import argparse
 
 import numpy as np
 
-from magsim import metrics
 from magsim.compensation import TollesLawson
 from magsim.loading import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.rows import Row, finish, stated
+from tests.support import scores
 
 WORLDS = {
     "without": ("field.memory.enabled=false",),
@@ -32,9 +32,9 @@ def rows() -> list[Row]:
         method.fit([flight.where(circuit=1).labeled()], sensor="cabin")
         left = judged["interference_cabin_nt"] - method.interference(judged.blind())
         out += [
-            stated(f"{name}_raw", metrics.band_std(interference, flight.rate_hz), "nT"),
+            stated(f"{name}_raw", scores.band_std(interference, flight.rate_hz), "nT"),
             stated(f"{name}_rms", np.sqrt(np.mean(interference**2)), "nT"),
-            stated(f"{name}_tl16", metrics.band_std(left, flight.rate_hz), "nT"),
+            stated(f"{name}_tl16", scores.band_std(left, flight.rate_hz), "nT"),
         ]
     return out
 

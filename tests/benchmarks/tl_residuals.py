@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from magsim.compensation.features import EDDY_18, INDUCED_18
 
-from magsim import metrics, signals
-from magsim.compensation.tolles_lawson import in_band
+from magsim import signals
+from magsim.compensation.columns.tolles_lawson import EDDY_18, INDUCED_18
 from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.loading import load_scenario
 from magsim.sensors import Acquisition
+from magsim.signals import in_band
 from magsim.streams import stream
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
@@ -197,7 +197,7 @@ def left(fit: Table, test: Table, regressors: str) -> tuple[float, float]:
     """STD [nT] of what the fit leaves of the flight that it was made on, and of the other one."""
     scale = getattr(fit, regressors).std(axis=0)
     weights = np.linalg.lstsq(getattr(fit, regressors) / scale, fit.label, rcond=1e-12)[0] / scale
-    return tuple(metrics.std(flight.label - getattr(flight, regressors) @ weights) for flight in (fit, test))
+    return tuple(np.std(flight.label - getattr(flight, regressors) @ weights) for flight in (fit, test))
 
 
 def measure() -> list[tuple[str, str, float, tuple[float, float], tuple[float, float]]]:
@@ -208,7 +208,7 @@ def measure() -> list[tuple[str, str, float, tuple[float, float], tuple[float, f
         for place in MOUNTS:
             fit, test = first[place], second[place]
             left_both = (left(fit, test, "true_vector"), left(fit, test, "own_vector"))
-            out.append((effect.name, place, metrics.std(test.label), *left_both))
+            out.append((effect.name, place, np.std(test.label), *left_both))
     return out
 
 

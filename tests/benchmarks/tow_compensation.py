@@ -12,7 +12,7 @@ import argparse
 
 import numpy as np
 
-from magsim.benchmark import Report, benchmark
+from magsim.benchmark import Report
 from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
@@ -30,7 +30,7 @@ def flown(name: str, seed: int) -> Recording:
 
 def report_of(seed: int) -> Report:
     """Fit on the diamond, judge on the square."""
-    return benchmark([flown("002_diamond", 1000 + seed), flown("002_square", 2000 + seed)], METHODS, seed=seed)
+    return evaluate([flown("002_diamond", 1000 + seed), flown("002_square", 2000 + seed)], METHODS, seed=seed)
 
 
 LABELS = {"tl16_measured": "Tolles-Lawson, 16 terms"} | {f"tl16_gradient:order={n}": f"N = {n}" for n in range(5)}

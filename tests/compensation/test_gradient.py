@@ -8,11 +8,11 @@ import pytest
 from magsim.compensation.features import Inputs, tolles_lawson
 from magsim.compensation.gradient import gradient
 
-from magsim import metrics
-from magsim.benchmark import benchmark
+from magsim.benchmark import evaluate
 from magsim.compensation import TollesLawson, create, load
-from magsim.compensation.tolles_lawson import in_band
 from magsim.errors import DataError, RequestError
+from magsim.signals import in_band
+from tests.support import scores
 from tests.support.worlds import EXACT, FIELD_NT, World, calibration, parts
 
 COEFFICIENTS = np.concatenate(
@@ -219,7 +219,7 @@ def test_only_the_terms_of_the_platform_are_taken_away():
 
 
 def test_an_anomaly_passes_whole():
-    report = benchmark([bird(3)], ["tl16_gradient", "tl16_measured"])
+    report = evaluate([bird(3)], ["tl16_gradient", "tl16_measured"])
     for name in report.methods:
         assert report.value(name, "gain") == pytest.approx(1.0, abs=1e-9)
     assert report.value("tl16_gradient", "ir") > 100.0 * report.value("tl16_measured", "ir")
@@ -242,7 +242,7 @@ def test_the_vertical_gradient_is_what_leaks_into_a_self_supervised_fit():
     def ratio(method):
         method.fit([train], sensor="cabin", valid=[valid])
         truth = test["interference_cabin_nt"]
-        return metrics.improvement_ratio(truth, truth - method.interference(test.blind()), 10.0)
+        return scores.improvement_ratio(truth, truth - method.interference(test.blind()), 10.0)
 
     label, plain = ratio(create("tl16")), ratio(create("tl16_measured"))
     assert plain < 0.95 * label

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim import metrics
 from magsim.compensation import create
 from magsim.compensation.networks.holdout import blocks
 from magsim.compensation.networks.residual import enough_steps
 from magsim.errors import DataError, RequestError
 from magsim.training import Outcome
+from tests.support import scores
 from tests.support.worlds import EXACT, World, calibration, parts
 
 PAPER = World(eddy_tau_s=0.01)
@@ -26,7 +26,7 @@ def ratios(name, seed, world=PAPER, **params):
     out = []
     for method in (create("tl16"), create(name, preset="demo", **params)):
         method.fit([train], sensor="cabin", valid=[valid], seed=seed)
-        out.append(metrics.improvement_ratio(truth, truth - method.interference(test.blind()), 10.0))
+        out.append(scores.improvement_ratio(truth, truth - method.interference(test.blind()), 10.0))
     return out
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from magsim import metrics, signals
+from magsim import signals
 from magsim.compensation import TollesLawson, create
 from magsim.errors import DataError, RequestError
+from tests.support import scores
 from tests.support.worlds import EDDY_S, EXACT, FIELD_NT, INDUCED, PERMANENT_NT, VECTOR, World, calibration, parts
 
 
@@ -17,7 +18,7 @@ def fitted(world, seed=0, **params):
 
 
 def ratio(test, error):
-    return metrics.improvement_ratio(test["interference_cabin_nt"], error, 10.0)
+    return scores.improvement_ratio(test["interference_cabin_nt"], error, 10.0)
 
 
 def test_recovers_the_coefficients_of_a_linear_world():
@@ -52,7 +53,7 @@ def test_vector_sum_is_what_tolles_lawson_cannot_express(seed):
     """278 on 20-minute circles in the prototype; two causes, the second order and the disturbed cosines."""
     method, test, error = fitted(VECTOR, seed)
     assert 100.0 < ratio(test, error) < 500.0
-    assert 1.0 < metrics.rmse(error) < 10.0
+    assert 1.0 < scores.rmse(error) < 10.0
     tenth, _, rest = fitted(replace(VECTOR, scale=0.1, mag_noise_nt=0.0, flux_noise_nt=0.0), seed)
     assert ratio(_, rest) > 5.0 * ratio(test, error)
     assert method.report_.weight < 1e-4
@@ -81,7 +82,7 @@ def test_broadband_fit_trades_the_band_for_the_slow_error():
     _, test, inside = fitted(VECTOR, scale="sample")
     _, _, broad = fitted(VECTOR, scale="sample", band="broad")
     assert ratio(test, broad) < ratio(test, inside)
-    assert metrics.rmse(broad) < 0.3 * metrics.rmse(inside)
+    assert scores.rmse(broad) < 0.3 * scores.rmse(inside)
 
 
 def test_the_length_of_a_perfect_fluxgate_beside_the_sensor_flatters():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from magsim import exchange
-from magsim.benchmark import benchmark
+from magsim.benchmark import evaluate
 from magsim.cli import main
 from magsim.compensation import create, load
 from magsim.errors import DataError, RequestError
@@ -341,7 +341,7 @@ def test_a_survey_file_is_compensated_and_scored_without_truth(calibration, tmp_
     own = create("tl16_measured").fit([calibration.where(circuit=1).labeled()], sensor="cabin")
     np.testing.assert_allclose(load(run).coefficients_, own.coefficients_, rtol=1e-9)
     loaded = Recording.read(target)
-    report = benchmark([loaded], ["none", ("run", load(run)), "tl18_measured"])
+    report = evaluate([loaded], ["none", ("run", load(run)), "tl18_measured"])
     assert report.value("none", "ir_paper") == 1.0
     assert report.value("run", "ir_paper") > 10.0
     assert report.value("tl18_measured", "gain") == pytest.approx(1.0)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim import assets, metrics, signals
+from magsim import assets, signals
 from magsim.aircraft import load_aircraft
 from magsim.aircraft.magnetics import Skin
 from magsim.cli import main
@@ -46,7 +46,7 @@ def recording() -> Recording:
 def signatures(recording: Recording, sensor: str) -> tuple[np.ndarray, dict]:
     """In-band interference of a simulated flight over the maneuvers, and the cells of its figure of merit."""
     band = signals.band_pass(recording[f"interference_{sensor}_nt"], recording.rate_hz)
-    mask = metrics.crop(recording.time_s) & (recording["turn"] == 0) & (recording["maneuver"] != 0)
+    mask = signals.off_ends(recording.time_s) & (recording["turn"] == 0) & (recording["maneuver"] != 0)
     return band[mask], metrics.fom_cells(band, recording["leg_heading_deg"], recording["maneuver"], mask)
 
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from magsim.compensation.ridge import fit_ridge
 
-from magsim import assets, columns, metrics, signals
+from magsim import assets, columns, signals
 from magsim.compensation import TollesLawson
+from magsim.compensation.solvers import ridge
 from magsim.field import compute_field
 from magsim.flight import fly
 from magsim.generation.comparison import Reference
@@ -26,6 +26,7 @@ from tests.benchmarks.compensation_accuracy import (
     linear_residuals,
 )
 from tests.benchmarks.flight_accuracy import closures_m
+from tests.support import scores
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +85,7 @@ def test_no_row_is_non_finite(calibration, paper_world):
 
 
 def test_raw_interference_in_band_is_that_of_a_cabin(calibration):
-    std = metrics.band_std(calibration[columns.INTERFERENCE.name(sensor="cabin")], calibration.rate_hz)
+    std = scores.band_std(calibration[columns.INTERFERENCE.name(sensor="cabin")], calibration.rate_hz)
     assert 10.0 <= std <= 25.0
 
 
@@ -92,7 +93,7 @@ def test_raw_interference_in_band_is_that_of_a_rear_ceiling(flight):
     loaded = load_scenario("calibration_c208b", CEILING)
     truth = compute_field(loaded.scenario, loaded.aircraft, flight)
     label = record(loaded, flight, {"carrier": truth})[columns.INTERFERENCE.name(sensor="ceiling")]
-    assert 8.0 <= metrics.band_std(label, loaded.scenario.recording.rate_hz) <= 25.0
+    assert 8.0 <= scores.band_std(label, loaded.scenario.recording.rate_hz) <= 25.0
 
 
 def test_tolles_lawson_leaves_what_paper_000_prints_within_a_factor_of_5(paper_world):
@@ -129,7 +130,7 @@ def test_a_ridge_on_the_label_finds_nothing_in_the_noise(calibration):
     cosines = flux / np.linalg.norm(flux, axis=1, keepdims=True)
     matrix = signals.band_pass(cosines, calibration.rate_hz)
     band = signals.band_pass(error, calibration.rate_hz)
-    left = band - matrix @ fit_ridge(matrix, band).coefficients
+    left = band - matrix @ ridge(matrix, band).coefficients
     assert left.std() > 0.99 * band.std()
 
 

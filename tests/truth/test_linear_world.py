@@ -7,7 +7,7 @@ What is left is made by sampling and by the anti-alias filter alone.
 import numpy as np
 import pytest
 
-from magsim import columns, metrics, signals
+from magsim import columns, signals
 from magsim.loading import load_scenario
 from magsim.simulation import simulate
 
@@ -38,12 +38,12 @@ def left_in_band(flight, derivative, label="projection_cabin_nt"):
     """STD in band of the label, and of what a least-squares fit leaves of it [nT]."""
     background = flight.vector(columns.PART, component="earth", sensor="cabin")
     direction = background / np.linalg.norm(background, axis=1)[:, None]
-    rows = metrics.crop(flight.time_s)
+    rows = signals.off_ends(flight.time_s)
     x = signals.band_pass(terms(direction, derivative(direction, flight.rate_hz)), flight.rate_hz)[rows]
     y = signals.band_pass(flight[label], flight.rate_hz)[rows]
     scale = x.std(axis=0)
     weights = np.linalg.lstsq(x / scale, y, rcond=1e-12)[0]
-    return metrics.std(y), metrics.std(y - (x / scale) @ weights)
+    return np.std(y), np.std(y - (x / scale) @ weights)
 
 
 @pytest.mark.parametrize(("derivative", "limit_nt"), [(signals.spline_derivative, 0.002), (signals.derivative, 0.02)])

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from magsim import metrics
 from magsim.aircraft import Aircraft, load_aircraft
-from magsim.benchmark import benchmark
+from magsim.benchmark import evaluate
 from magsim.errors import RequestError
 from magsim.flight import fly
 from magsim.flight.model.aero import derivatives, inertia, lift_curve, stall_angle
@@ -24,6 +23,7 @@ from magsim.scenario import Scenario
 from magsim.simulation import simulate
 from magsim.trajectory import Flight
 from magsim.units import FT, G0, LBF
+from tests.support import scores
 
 SPEED = 25.0
 SLUG_FT3 = 515.378819
@@ -269,8 +269,8 @@ def test_flight_a_trains_what_flight_b_tests() -> None:
     assert set(second["split"]) == {2.0}
     # Tables 1 and 2 of the paper: 2.11 to 2.33 nT raw.
     for recording in (first, second):
-        assert 1.9 < metrics.band_std(recording["interference_boom_nt"], recording.rate_hz) < 2.6
-    report = benchmark([first, second], ["none", "tl16"])
+        assert 1.9 < scores.band_std(recording["interference_boom_nt"], recording.rate_hz) < 2.6
+    report = evaluate([first, second], ["none", "tl16"])
     std = {row.method: row.value for row in report.rows if (row.segment, row.metric) == ("test", "std_nt")}
     assert std["none"] > 1.9
     # Least squares left 0.36 nT of a real drone's 2.17; ours has neither currents that change nor a swinging boom.
