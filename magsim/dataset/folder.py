@@ -4,7 +4,7 @@
 them. A folder without one is a data set too, of all its recording files.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -99,19 +99,26 @@ class Dataset:
         having = [info for info in self.flights.values() if info.splits.get(name, 0) >= 2]
         return [info.read().where(split=name) for info in having]
 
-    def windows(self, rows: int, *, role: str = "input", files: tuple[str, ...] | None = None) -> Windows:
-        """Memory-mapped windows of every flight, or of those in some files: see ``magsim.recording.windows``.
+    def windows(
+        self,
+        rows: int,
+        *,
+        role: str = "input",
+        files: Sequence[str] | None = None,
+        names: Sequence[str] | None = None,
+        splits: Sequence[str] | None = None,
+    ) -> Windows:
+        """Return memory-mapped windows of every flight, or of those in some files: see ``magsim.recording.windows``.
 
-        All flights must have the same columns.
+        They feed ``magsim.training.RandomBatches`` as windows in memory do. All flights must have the same columns.
 
         Raises
         ------
         RequestError
-            If there is no such file.
+            If there is no such file or column.
         """
-        if files is None:
-            return Windows(self.files, rows=rows, role=role)
-        return Windows([self.folder / name for name in files], rows=rows, role=role)
+        paths = self.files if files is None else [self.folder / name for name in files]
+        return Windows(paths, rows=rows, role=role, names=names, splits=splits)
 
     def check(self) -> None:
         """Compare names and checksums of the files with the manifest.

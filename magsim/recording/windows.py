@@ -1,7 +1,6 @@
 """Windows of rows from many flights, memory-mapped: for training on more than fits into memory."""
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from magsim import columns
 from magsim.errors import RequestError
 from magsim.recording import file
+from magsim.signals import spans
 from magsim.storage import hdf5, inspection
 
 
@@ -26,6 +26,10 @@ class Windows:
         Rows of a window, 1 or more.
     role : str
         The block: ``input``, ``label``, ``truth`` or ``segment``.
+    names : sequence of str, optional
+        Columns of the block, in the order of the windows; by default all.
+    splits : sequence of str, optional
+        Only windows whose rows all have one of these splits, ``("train", "valid")``; by default all windows.
 
     Attributes
     ----------
@@ -34,16 +38,26 @@ class Windows:
     flights : tuple of str
         Names of the flights.
     rows : int
+    total_rows : int
+        Rows of all stretches that have windows.
 
     Raises
     ------
     RequestError
-        If there is no such file, or no flight has as many rows.
+        If there is no such file or column, or no flight has as many rows.
     DataError
         If a file is no recording or is damaged, a flight has no such block, or other columns than the first.
     """
 
-    def __init__(self, paths: Path | str | Iterable[Path | str], *, rows: int, role: str = "input") -> None:
+    def __init__(
+        self,
+        paths: Path | str | Iterable[Path | str],
+        *,
+        rows: int,
+        role: str = "input",
+        names: Sequence[str] | None = None,
+        splits: Sequence[str] | None = None,
+    ) -> None:
         if role not in columns.ROLES or rows < 1:
             msg = f"no windows of {rows} rows of {role!r}; allowed: 1 row or more of {', '.join(columns.ROLES)}"
             raise ValueError(msg)
@@ -51,11 +65,15 @@ class Windows:
         if not files:
             msg = "windows need at least one recording file"
             raise RequestError(msg)
+        codes = _codes(splits)
         self.rows = rows
-        self.names: tuple[str, ...] = ()
+        self.total_rows = 0
+        self._channels: tuple[str, ...] = ()
         flights: list[str] = []
         self._blocks: list[np.ndarray] = []
-        block_of, first_of, count_of = [], [], []
+        block_of: list[int] = []
+        first_of: list[int] = []
+        count_of: list[int] = []
         inspection.inspect_many(files)
         for path in files:
             mapped = None
@@ -65,33 +83,46 @@ class Windows:
                         mapped = np.memmap(path, dtype=np.uint8, mode="r")
                     self._blocks.append(self._block(group, role, mapped))
                     flights.append(file.flight_name(group))
-                    for first, last in _runs(group):
+                    for first, last in _runs(group, codes):
                         if last - first >= rows:
+                            self.total_rows += last - first
                             block_of.append(len(self._blocks) - 1)
                             first_of.append(first)
                             count_of.append(last - first - rows + 1)
         if not count_of:
-            msg = f"no flight of {', '.join(map(str, files[:3]))} has {rows} rows without a jump in time"
+            of_split = f" of the splits {', '.join(splits)}" if splits is not None else ""
+            msg = f"no flight of {', '.join(map(str, files[:3]))} has {rows} rows{of_split} without a jump in time"
             raise RequestError(msg)
+        self.names = self._channels if names is None else tuple(names)
+        self._picked = None if names is None else self._places(self.names)
         self.flights = tuple(flights)
         self._block_of, self._first_of = np.array(block_of), np.array(first_of)
         self._ends = np.cumsum(count_of)
 
     def __len__(self) -> int:
-        """Number of different windows: one for every row that a window can begin with."""
+        """Return the number of different windows: one for every row that a window can begin with."""
         return int(self._ends[-1])
 
     def _block(self, group: hdf5.Reader, role: str, mapped: np.ndarray) -> np.ndarray:
         if role not in group.names():
             group.refuse(f"there is no {role}")
         names = tuple(n.decode("utf-8", "replace") for n in group.array(f"{role}_channel", kind="S", ndim=1).tolist())
-        if self.names and names != self.names:
+        if self._channels and names != self._channels:
             group.refuse(f"{role} has other columns than the first flight")
-        self.names = names
+        self._channels = names
         offset, shape = group.block(role, ndim=2)
         if shape[1] != len(names) or shape[0] != len(group.array(columns.TIME, kind="f", ndim=1)):
             group.refuse(f"{role} has shape {shape}, which time_s and {role}_channel do not have")
         return np.ndarray(shape, dtype="<f8", buffer=mapped, offset=offset)
+
+    def _places(self, names: Sequence[str]) -> np.ndarray:
+        """Return where columns lie in the block."""
+        missing = [name for name in names if name not in self._channels]
+        if missing or not names:
+            has = ", ".join(self._channels[:12])
+            msg = f"windows have no column {', '.join(missing) or '(none is named)'}; the flights have {has}"
+            raise RequestError(msg)
+        return np.array([self._channels.index(name) for name in names])
 
     def take(self, indices: np.ndarray | Sequence[int], out: np.ndarray | None = None) -> np.ndarray:
         """Copy windows.
@@ -125,11 +156,12 @@ class Windows:
             raise ValueError(msg)
         rows, blocks = self.rows, self._blocks
         for i, (block, start) in enumerate(zip(self._block_of[runs].tolist(), starts.tolist(), strict=True)):
-            out[i] = blocks[block][start : start + rows]
+            window = blocks[block][start : start + rows]
+            out[i] = window if self._picked is None else window[:, self._picked]
         return out
 
     def where(self, index: int) -> tuple[int, int]:
-        """Number of the flight, from 0 as in ``flights``, and the first row of a window."""
+        """Return the number of the flight, from 0 as in ``flights``, and the first row of a window."""
         runs, starts = self._place(np.array([index]))
         return int(self._block_of[runs[0]]), int(starts[0])
 
@@ -143,12 +175,41 @@ class Windows:
         return runs, self._first_of[runs] + indices - before
 
 
-def _runs(group: hdf5.Reader) -> list[tuple[int, int]]:
-    """Stretches of rows, first and beyond the last, without a step of more than 1.5 usual ones."""
+def _codes(splits: Sequence[str] | None) -> np.ndarray | None:
+    """Return the codes of splits."""
+    if splits is None:
+        return None
+    known = {word: code for code, word in columns.SPLITS.items()}
+    unknown = [word for word in splits if word not in known]
+    if unknown:
+        msg = f"there is no split {unknown[0]!r}; allowed: {', '.join(known)}"
+        raise ValueError(msg)
+    return np.array([known[word] for word in splits], dtype=float)
+
+
+def _runs(group: hdf5.Reader, codes: np.ndarray | None) -> list[tuple[int, int]]:
+    """Return stretches of rows of some splits, first and beyond the last, without a jump in time."""
     time_s = group.array(columns.TIME, kind="f", ndim=1)
     steps = np.diff(time_s)
     if len(steps) < 1 or not np.isfinite(time_s).all() or not np.all(steps > 0.0):
         group.refuse("time_s is not strictly increasing, finite and of 2 rows or more")
-    cuts = np.flatnonzero(steps > 1.5 * np.median(steps)) + 1
-    bounds = [0, *cuts.tolist(), len(time_s)]
-    return list(pairwise(bounds))
+    found = [(span.start, span.stop) for span in spans(time_s)]
+    if codes is None:
+        return found
+    wanted = np.concatenate([[False], np.isin(_split(group, len(time_s)), codes), [False]])
+    edges = np.flatnonzero(np.diff(wanted.astype(int)))
+    kept = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return [(max(a, c), min(b, d)) for a, b in found for c, d in kept if max(a, c) < min(b, d)]
+
+
+def _split(group: hdf5.Reader, rows: int) -> np.ndarray:
+    """Return the column ``split`` of a flight; NaN where it has none."""
+    segment = columns.SPLIT.role
+    if segment in group.names():
+        names = [n.decode("utf-8", "replace") for n in group.array(f"{segment}_channel", kind="S", ndim=1).tolist()]
+        block = group.array(segment, kind="f", ndim=2)
+        if block.shape != (rows, len(names)):
+            group.refuse(f"{segment} has shape {block.shape}; expected {(rows, len(names))}")
+        if columns.SPLIT.pattern in names:
+            return block[:, names.index(columns.SPLIT.pattern)]
+    return np.full(rows, np.nan)

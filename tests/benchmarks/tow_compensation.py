@@ -12,7 +12,7 @@ import argparse
 
 import numpy as np
 
-from magsim.benchmark import Report
+from magsim.benchmark import Report, evaluate
 from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
