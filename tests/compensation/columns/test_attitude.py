@@ -1,0 +1,34 @@
+"""Attitude as columns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from magsim.compensation.columns import AttitudeColumns
+from magsim.errors import RequestError
+from tests.support.worlds import VECTOR, calibration
+
+
+def test_columns_are_roll_pitch_and_the_direction_of_the_heading():
+    r = calibration(VECTOR)
+    design = AttitudeColumns()(r)
+    roll, pitch, heading = (np.radians(r[f"ins_{angle}_deg"]) for angle in ("roll", "pitch", "heading"))
+    np.testing.assert_array_equal(design.matrix, np.column_stack([roll, pitch, np.sin(heading), np.cos(heading)]))
+    assert design.names == ("roll", "pitch", "sin heading", "cos heading")
+    assert design.units == ("rad", "rad", "1", "1")
+
+
+def test_columns_do_not_jump_where_the_heading_wraps():
+    r = calibration(VECTOR)
+    assert np.abs(np.diff(r["ins_heading_deg"])).max() > 300.0
+    assert np.abs(np.diff(AttitudeColumns()(r).matrix, axis=0)).max() < 0.1
+
+
+def test_only_the_attitude_of_the_ins_is_read():
+    r = calibration(VECTOR)
+    made = AttitudeColumns()
+    np.testing.assert_array_equal(made(r.blind(made.reads)).matrix, made(r).matrix)
+    without = replace(r, data={k: v for k, v in r.data.items() if k not in ("ins_roll_deg", "ins_heading_deg")})
+    with pytest.raises(RequestError, match="recording 'world' has no column ins_roll_deg, ins_heading_deg"):
+        made(without)
