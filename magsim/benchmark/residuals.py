@@ -168,7 +168,7 @@ class Residuals:
                 arrays = dict(file)
             judged = Judged(**json.loads(arrays.pop("judged").tobytes()))
             return cls(judged, **arrays)
-        except (ValueError, TypeError, KeyError, EOFError, BadZipFile, zlib.error) as error:
+        except (ValueError, TypeError, KeyError, EOFError, RecursionError, BadZipFile, zlib.error) as error:
             msg = f"{path}: holds no residuals: {error}"
             raise DataError(msg) from None
 

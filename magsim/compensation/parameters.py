@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Mapping
 from functools import cache
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ValidationError, create_model
 
@@ -22,12 +22,22 @@ def parameters_of(cls: type) -> tuple[inspect.Parameter, ...]:
     return tuple(p for p in parameters if p.kind in kinds)
 
 
+def _type_of(parameter: inspect.Parameter) -> Any:
+    """Return the annotation; anything is allowed where a method of one's own has none."""
+    return Any if parameter.annotation is inspect.Parameter.empty else parameter.annotation
+
+
+def _default_of(parameter: inspect.Parameter) -> Any:
+    """Return the default; an ellipsis where the parameter must be given."""
+    return ... if parameter.default is inspect.Parameter.empty else parameter.default
+
+
 @cache
 def settings_model(cls: type) -> type[BaseModel]:
     """Return a strict model of a method's parameters, from their annotations and defaults."""
     # TOML and JSON have lists alone
     as_tuple = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
-    fields = {p.name: (Annotated[p.annotation, as_tuple], p.default) for p in parameters_of(cls)}
+    fields = {p.name: (Annotated[_type_of(p), as_tuple], _default_of(p)) for p in parameters_of(cls)}
     return create_model(f"{cls.__name__}Settings", __base__=Strict, **fields)  # type: ignore[call-overload, no-any-return]
 
 

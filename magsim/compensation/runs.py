@@ -154,7 +154,7 @@ class Run:
 def _read(path: Path) -> object:
     try:
         return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         msg = f"{path} is broken: {error}"
         raise DataError(msg) from None
 

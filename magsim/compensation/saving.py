@@ -139,7 +139,7 @@ def read_settings(folder: Path) -> dict[str, Any]:
         settings = json.loads(path.read_text(encoding="utf-8"))
         known = settings["format"] == FORMAT and {"method", "params", "sensor", "learned"} <= settings.keys()
         known = known and isinstance(settings["method"], str) and isinstance(settings["params"], dict)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         msg = f"{path} is broken: {error}"
         raise DataError(msg) from None
     if not known:

@@ -1,4 +1,4 @@
-"""Solvers of linear fits, against numpy's least squares, normal equations and a singular value decomposition by hand."""
+"""Solvers of linear fits, against numpy's least squares, normal equations and singular values by hand."""
 
 import numpy as np
 import pytest

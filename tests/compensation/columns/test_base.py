@@ -37,5 +37,5 @@ def test_values_that_are_not_finite_are_named_with_their_time():
 def test_all_missing_columns_are_named():
     r = calibration(VECTOR)
     require(r, ["mag_cabin_nt", "ins_roll_deg"])
-    with pytest.raises(RequestError, match="recording 'world' has no column mag_wing_nt, baro_nothing$"):
+    with pytest.raises(RequestError, match=r"recording 'world' has no column mag_wing_nt, baro_nothing$"):
         require(r, ["mag_wing_nt", "mag_cabin_nt", "baro_nothing"])
