@@ -67,7 +67,7 @@ def training_rows(recordings: Sequence[Recording], sensor: str | None = None) ->
         train, valid = _split(recording)
         rows = train | valid
         if rows.sum() >= 2:
-            kept.append(recording.take(rows).labeled())
+            kept.append((recording if rows.all() else recording.take(rows)).labeled())
             masks.append(valid[rows])
             learned += int(train.sum())
     if not learned:

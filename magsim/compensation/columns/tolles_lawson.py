@@ -57,10 +57,14 @@ def tolles_lawson_columns(cosines: np.ndarray, rates: np.ndarray, strength: np.n
         u_i with coefficients in nT; B u_i u_j without unit; B u_i u_j' [nT/s] with coefficients in s.
     """
     pairs = TERMS[terms]
-    parts = [cosines]
-    parts += [(strength * cosines[:, i] * cosines[:, j])[:, None] for i, j in pairs.induced]
-    parts += [(strength * cosines[:, i] * rates[:, j])[:, None] for i, j in pairs.eddy]
-    return np.hstack(parts)
+    direction, change = np.ascontiguousarray(cosines.T), np.ascontiguousarray(rates.T)
+    field = strength * direction
+    out = np.empty((len(cosines), terms))
+    out[:, :3] = cosines
+    products = [(i, direction[j]) for i, j in pairs.induced] + [(i, change[j]) for i, j in pairs.eddy]
+    for column, (i, factor) in enumerate(products, start=3):
+        out[:, column] = field[i] * factor
+    return out
 
 
 def term_names(terms: int) -> tuple[str, ...]:
