@@ -1,7 +1,8 @@
 """Which recordings belong together: a method is fitted on a group's training rows and judged on its test rows."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 
 from magsim.dataset.folder import Dataset
@@ -93,7 +94,7 @@ def groups_of(data: Data) -> tuple[Group, ...]:
     Returns
     -------
     tuple of Group
-        In the order of their first flights.
+        In the order of their first flights, with different names.
 
     Raises
     ------
@@ -107,10 +108,17 @@ def groups_of(data: Data) -> tuple[Group, ...]:
         keys = [(_folder(info), Path(info.file_name).stem) for info in flights]
     else:
         return (Group(EVERYTHING, flights),) if flights else ()
-    return tuple(
-        Group(key[1], tuple(info for info, own in zip(flights, keys, strict=True) if own == key))
-        for key in dict.fromkeys(keys)
-    )
+    found: dict[str, Group] = {}
+    for key in dict.fromkeys(keys):
+        name = _unused(key[1], found)
+        found[name] = Group(name, tuple(info for info, own in zip(flights, keys, strict=True) if own == key))
+    return tuple(found.values())
+
+
+def _unused(name: str, used: Container[str]) -> str:
+    """Return a name that is not in use: two folders may have groups of one name."""
+    numbered = (name if number == 1 else f"{name} ({number})" for number in count(1))
+    return next(one for one in numbered if one not in used)
 
 
 def _folder(info: FlightInfo) -> str:

@@ -27,7 +27,7 @@ def headings_and_maneuvers(data: Mapping[str, np.ndarray]) -> list[Segment]:
     Parameters
     ----------
     data : mapping of str to (n,)
-        With the segment columns ``leg_heading_deg`` and ``maneuver``; ``turn`` tells legs from turns.
+        With the segment columns ``leg_heading_deg`` and ``maneuver``; ``turn`` separates legs from turns.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def cells(data: Mapping[str, np.ndarray]) -> list[Segment]:
     if not has_maneuvers(data):
         return []
     heading, maneuver = data[columns.LEG_HEADING.pattern], data[columns.MANEUVER.pattern]
-    flown = maneuver != 0
+    flown = np.isin(maneuver, [code for code in columns.MANEUVERS if code != 0])
     pairs = sorted(set(zip(heading[flown].tolist(), maneuver[flown].tolist(), strict=True)))
     return [
         Segment(f"heading {course:g} {columns.MANEUVERS[int(code)]}", (heading == course) & (maneuver == code))

@@ -1,26 +1,37 @@
+"""The report of a benchmark: values, frames, JSON."""
+
 import json
 import math
 from dataclasses import FrozenInstanceError
 
+import pandas as pd
 import pytest
 
-from magsim.benchmark import Report, Row
-from magsim.errors import RequestError
+from magsim.benchmark import Fit, Report, Row, judge, report_of, rows_of
+from magsim.compensation import create
+from tests.support.worlds import World, calibration
+
+
+def row(method, recording, segment, metric, value, file="a.h5", level=None):
+    return Row(recording, file, "cabin", level, 0, method, segment, metric, value)
+
 
 ROWS = (
-    Row("none", "a", "test", "std_nt", 2.0),
-    Row("none", "a", "test", "ir", 1.0),
-    Row("none", "a", "roll", "std_nt", 3.0),
-    Row("tl16", "a", "test", "std_nt", 0.0),
-    Row("tl16", "a", "test", "ir", math.inf),
-    Row("tl16", "a", "roll", "std_nt", 0.5),
-    Row("none", "b", "test", "std_nt", 4.0),
+    row("none", "a", "test", "std_nt", 2.0),
+    row("none", "a", "test", "ir", 1.0),
+    row("none", "a", "roll", "std_nt", 3.0),
+    row("tl16", "a", "test", "std_nt", 0.0),
+    row("tl16", "a", "test", "ir", math.inf),
+    row("tl16", "a", "roll", "std_nt", 0.5),
+    row("none", "b", "test", "std_nt", 4.0, level=3),
+    row("none", "a", "test", "std_nt", 5.0, file="c.h5"),
 )
+FITS = (Fit("tl16", "one", ("a",), 80, 20, given=False), Fit("none", "", (), 0, 0, given=True))
 
 
 @pytest.fixture
 def report():
-    return Report("cabin", ROWS, {"seed": 1}, ("a note",), {"tl16": 0.25})
+    return Report(ROWS, FITS, {"seed": 1, "groups": {"one": ["a", "b"]}}, ("a note",), {("tl16", "one"): 0.25})
 
 
 def test_values_and_names(report):
@@ -28,93 +39,61 @@ def test_values_and_names(report):
     assert report.recordings == ("a", "b")
     assert report.value("none", "std_nt") == 2.0
     assert report.value("none", "std_nt", recording="b") == 4.0
+    assert report.value("none", "std_nt", file="c.h5") == 5.0
     assert report.value("tl16", "std_nt", segment="roll") == 0.5
     with pytest.raises(KeyError, match="tl16 / b / test / ir"):
         report.value("tl16", "ir", recording="b")
+    with pytest.raises(KeyError, match="none / a / test / ir"):
+        report.value("none", "ir", file="c.h5")
+    with pytest.raises(KeyError, match="none /  / test / ir"):
+        Report(()).value("none", "ir")
     with pytest.raises(FrozenInstanceError):
-        report.sensor = "wing"
+        report.rows = ()
+    assert repr(report) == "<Report: 2 methods on 2 recordings, 8 scores>"
 
 
 def test_frames(report):
     frame = report.to_frame()
-    assert list(frame.columns) == ["method", "recording", "segment", "metric", "value"]
+    assert list(frame.columns) == list(Row._fields)
     assert len(frame) == len(ROWS)
+    assert frame["level"].tolist() == [pd.NA] * 6 + [3, pd.NA]
+    assert frame["value"].tolist() == [one.value for one in ROWS]
     wide = report.summary()
     assert list(wide.columns) == ["std_nt", "ir"]
-    assert wide.loc[("a", "none"), "std_nt"] == 2.0
-    assert math.isinf(wide.loc[("a", "tl16"), "ir"])
+    assert wide.index.names == ["recording", "file", "method"]
+    assert wide.loc[("a", "a.h5", "none"), "std_nt"] == 2.0
+    assert wide.loc[("a", "c.h5", "none"), "std_nt"] == 5.0
+    assert math.isinf(wide.loc[("a", "a.h5", "tl16"), "ir"])
+    assert math.isnan(wide.loc[("b", "a.h5", "none"), "ir"])
+    assert report.summary("roll").shape == (2, 1)
+    assert len(Report(()).to_frame()) == 0
 
 
 def test_json_is_strict(report):
     whole = json.loads(report.to_json(), parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
-    assert whole["sensor"] == "cabin"
-    assert whole["rows"][4] == {"method": "tl16", "metric": "ir", "recording": "a", "segment": "test", "value": None}
+    assert set(whole) == {"about", "fits", "notes", "rows"}
+    assert whole["rows"][4] == {**ROWS[4]._asdict(), "value": None}
+    assert whole["rows"][6] == ROWS[6]._asdict()
+    assert whole["fits"] == [{**fit._asdict(), "recordings": list(fit.recordings)} for fit in FITS]
     assert whole["notes"] == ["a note"]
+    # times of fits differ from run to run
+    assert "0.25" not in report.to_json()
 
 
-def test_text(report):
-    lines = report.to_text().splitlines()
-    assert lines[0] == "a, sensor cabin"
-    assert lines[1].split() == ["method", "std_nt", "ir", "fit_s"]
-    assert lines[3].split() == ["none", "2.0000", "1.00", "-"]
-    assert lines[4].split() == ["tl16", "0.0000", "inf", "0.25"]
-    assert ["roll", "3.0000", "0.5000"] in [line.split() for line in lines]
-    assert lines[-1] == "note: a note"
-    assert "fit_s" not in report.to_text(times=False)
+def test_a_page_shows_the_wide_table_with_its_names_escaped():
+    hostile = Report((row("<script>x</script>", "a&b", "test", "std_nt", 2.0),))
+    html = hostile._repr_html_()
+    assert "<script>" not in html
+    assert "&lt;script&gt;" in html
+    assert "a&amp;b" in html
 
 
-PARTS = ("heading 0", "heading 90")
-BIRD = tuple(
-    Row(f"tl16_gradient:order={order}:vertical=false", "square", part, metric, value + order)
-    for order in range(3)
-    for metric, value in (("ir_003", 2.471), ("std_paper_nt", 0.5), ("peak_nt", 40.0))
-    for part in ("test", *PARTS)
-)
-
-
-def tables(text):
-    """Blocks of a text, each a title and its lines."""
-    blocks = [block.splitlines() for block in text.split("\n\n")]
-    return {title: [line.split() for line in lines] for title, *lines in blocks}
-
-
-def test_scores_choose_the_tables_of_parts():
-    report = Report("cabin", BIRD)
-    found = tables(report.to_text(scores=["ir_003"]))
-    assert list(found) == [
-        "square, sensor cabin",
-        "paper 002's ratio of the reading, above 0.03 Hz, by heading (straight legs) and by maneuver",
-    ]
-    # names of methods are long here, so they are below each other
-    assert found["paper 002's ratio of the reading, above 0.03 Hz, by heading (straight legs) and by maneuver"] == [
-        ["method", "heading", "0", "heading", "90"],
-        ["-" * 36, "-" * 9, "-" * 10],
-        ["tl16_gradient:order=0:vertical=false", "2.47", "2.47"],
-        ["tl16_gradient:order=1:vertical=false", "3.47", "3.47"],
-        ["tl16_gradient:order=2:vertical=false", "4.47", "4.47"],
-    ]
-    standard = tables(report.to_text())
-    assert [title.partition("[nT]")[0] for title in list(standard)[1:]] == [
-        "STD of the compensated reading in band ",
-        "maximum minus minimum in band ",
-    ]
-    assert tables(report.to_text(scores=["std_nt", "peak_nt"])).keys() == standard.keys()
-
-
-def test_a_table_that_a_recording_does_not_have_is_told():
-    text = Report("cabin", BIRD).to_text(scores=["ir", "ir_003", "ir"])
-    assert text.count("improvement ratio against truth") == 1
-    assert "and by maneuver: none, square has no ir of parts" in text
-
-
-@pytest.mark.parametrize(
-    ("scores", "text"),
-    [
-        (["ir_03"], r"there is no table of 'ir_03' \(did you mean 'ir_003'\?\); allowed: std_nt, ir, std_paper_nt, "),
-        (["gain"], "there is no table of 'gain'; allowed: std_nt"),
-        ([], "no score is named; allowed: std_nt"),
-    ],
-)
-def test_scores_without_a_table_are_told(scores, text):
-    with pytest.raises(RequestError, match=text):
-        Report("cabin", BIRD).to_text(scores=scores)
+def test_kept_residuals_make_a_report():
+    recording = calibration(World())
+    found = [judge(create(name).fit(recording), recording, level=2) for name in ("none", "tl16")]
+    report = report_of(found)
+    assert report.rows == tuple(row for one in found for row in rows_of(one))
+    assert report.methods == ("none", "tl16")
+    assert report.fits == ()
+    assert {row.level for row in report.rows} == {2}
+    assert report.value("none", "ir") == 1.0

@@ -90,10 +90,10 @@ def test_every_declared_family_is_needed(fitted, recording, test_rows):
             replace(r, data={n: v for n, v in r.data.items() if columns.family_of(n) != family})
             for r in (recording, test_rows)
         )
-        with pytest.raises(RequestError, match="'world' has no column .*, which method .* requires") as error:
+        with pytest.raises(RequestError, match=r"'world' has no column .*, which method .* requires") as error:
             fitted.interference(short)
         assert pattern in str(error.value)
-        with pytest.raises(RequestError, match="'world' has no column .*, which method .* requires"):
+        with pytest.raises(RequestError, match=r"'world' has no column .*, which method .* requires"):
             fitted.unfitted().fit(bare)
 
 

@@ -134,7 +134,7 @@ def test_registered_methods_have_fixed_parameters():
 
     assert "half" in names()
     assert make("half:shift=2").get_params() == {"factor": 0.5, "shift": 2.0}
-    with pytest.raises(RequestError, match="factor is 0.5 by its name"):
+    with pytest.raises(RequestError, match=r"factor is 0.5 by its name"):
         make("half:factor=2")
 
 

@@ -110,7 +110,7 @@ def test_nothing_is_pickled(run):
 
 
 def test_folders_without_a_method_are_refused(tmp_path):
-    with pytest.raises(RequestError, match="holds no fitted method: compensator.json is missing"):
+    with pytest.raises(RequestError, match=r"holds no fitted method: compensator.json is missing"):
         load(tmp_path)
     with pytest.raises(RequestError, match="holds no fitted method"):
         load(tmp_path / "nothing")
@@ -177,7 +177,7 @@ def test_weights_come_back_in_any_memory_order(recording, tmp_path):
     np.testing.assert_array_equal(load(tmp_path).interference(recording), method.interference(recording))
     data = (tmp_path / "weights.safetensors").read_bytes()
     (tmp_path / "weights.safetensors").write_bytes(data[:-20])
-    with pytest.raises(DataError, match="the saved method cannot be read: weights.safetensors"):
+    with pytest.raises(DataError, match=r"the saved method cannot be read: weights.safetensors"):
         load(tmp_path)
     (tmp_path / "weights.safetensors").unlink()
     with pytest.raises(DataError, match="the weights do not fit the network"):
