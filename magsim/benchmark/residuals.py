@@ -146,7 +146,7 @@ class Residuals:
 
         def save(temporary: Path) -> None:
             with temporary.open("wb") as file:
-                np.savez(file, judged=about, **self._signals())
+                np.savez(file, **{"judged": about, **self._signals()})  # type: ignore[arg-type] # arrays by name
 
         atomic_write(Path(path), save, force=force)
 

@@ -18,7 +18,7 @@ COMMANDS = {
     "train": ("magsim.cli.train:train", "Train a compensator on recordings."),
     "benchmark": ("magsim.cli.benchmark:benchmark", "Compare compensators on recordings."),
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
-    "info": ("magsim.cli.info:info", "Say what a recording holds."),
+    "info": ("magsim.cli.info:info", "Show what a recording holds."),
     "export": ("magsim.cli.export:export", "Write a recording for other programs."),
     "import": ("magsim.cli.import_:import_", "Make a recording of a survey file."),
     "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
@@ -31,7 +31,7 @@ COMMANDS = {
 
 INTERRUPTED = 130
 TERMINATED = 143
-BROKEN_PIPE = 1  # as click itself has it
+BROKEN_PIPE = 1  # the code that click uses
 
 
 class LazyGroup(click.Group):
@@ -51,7 +51,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is called, or say which one may have been meant."""
+        """Find the command that is called, or suggest the one that may have been meant."""
         name = args[0] if args else ""
         if name not in COMMANDS and not name.startswith("-"):
             close = get_close_matches(name, COMMANDS, n=1)
@@ -82,7 +82,7 @@ def main(args: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 2 what was asked cannot be done, 3 what was met is bad, 130 interrupted.
+        Exit code: 0 done, 2 the request cannot be carried out, 3 the data is bad, 130 interrupted.
     """
     with suppress(ValueError):  # only the main thread may set it
         signal.signal(signal.SIGTERM, _terminate)

@@ -1,6 +1,7 @@
 """``magsim benchmark``: compare compensators on recordings."""
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -123,4 +124,4 @@ def _write(report: "Report", folder: Path, scores: list[str] | None) -> None:
     }
     for name, text in texts.items():
         # the folder was checked before the work began
-        atomic_write(folder / name, lambda path, text=text: path.write_text(text, encoding="utf-8"), force=True)
+        atomic_write(folder / name, partial(Path.write_text, data=text, encoding="utf-8"), force=True)

@@ -27,10 +27,10 @@ def demo(output: Path, quiet: bool) -> None:
     with held():
         from magsim.experiments.demo import run_demo
 
-    say = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))
+    announce = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))
     result = run_demo(
         output,
-        say=say,
+        announce=announce,
         simulating=lambda: stages(quiet=quiet),
         training=lambda: training(quiet=quiet),
     )

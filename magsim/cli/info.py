@@ -22,7 +22,7 @@ class Section:
     rows: tuple[tuple[str, ...], ...]
 
 
-@click.command(short_help="Say what a recording holds.")
+@click.command(short_help="Show what a recording holds.")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--flight", metavar="NAME", help="Tell one of several flights in full.")
 def info(file: Path, flight: str | None) -> None:

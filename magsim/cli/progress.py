@@ -30,7 +30,7 @@ def stages(*, quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
         yield lambda _stage, _fraction: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     shown = Progress(
         TextColumn("{task.description:<12}"),
@@ -39,7 +39,7 @@ def stages(*, quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
         TimeElapsedColumn(),
         console=Console(stderr=True),
     )
-    tasks: dict[str, int] = {}
+    tasks: dict[str, TaskID] = {}
 
     def report(stage: str, fraction: float) -> None:
         if stage not in tasks:

@@ -38,7 +38,7 @@ def settings_model(cls: type) -> type[BaseModel]:
     # TOML and JSON have lists alone
     as_tuple = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
     fields = {p.name: (Annotated[_type_of(p), as_tuple], _default_of(p)) for p in parameters_of(cls)}
-    return create_model(f"{cls.__name__}Settings", __base__=Strict, **fields)  # type: ignore[call-overload, no-any-return]
+    return create_model(f"{cls.__name__}Settings", __base__=Strict, **fields)  # type: ignore[call-overload]
 
 
 def check_parameters(cls: type, parameters: Mapping[str, object], owner: str) -> dict[str, object]:

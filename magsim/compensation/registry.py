@@ -35,7 +35,7 @@ class Entry:
         """Return the class."""
         if isinstance(self.target, str):
             module, _, name = self.target.partition(":")
-            return getattr(import_module(module), name)  # type: ignore[no-any-return]
+            return getattr(import_module(module), name)
         return self.target
 
 

@@ -145,7 +145,7 @@ def read_settings(folder: Path) -> dict[str, Any]:
     if not known:
         msg = f"{path} is of format {settings['format']!r} or broken; this version reads format {FORMAT}"
         raise DataError(msg)
-    return settings  # type: ignore[no-any-return]
+    return settings
 
 
 def read_state(folder: Path, settings: Mapping[str, Any]) -> State:
@@ -176,7 +176,7 @@ def _read_weights(path: Path) -> dict[str, np.ndarray]:
     from safetensors.numpy import load
 
     try:
-        return load(path.read_bytes())  # type: ignore[no-any-return]
+        return load(path.read_bytes())
     except SafetensorError as error:
         msg = f"{path.name}: {error}"
         raise ValueError(msg) from None

@@ -59,7 +59,7 @@ class Dataset:
                 self.flights[info.name] = info
 
     def __len__(self) -> int:
-        """Number of flights."""
+        """Return the number of flights."""
         return len(self.flights)
 
     def __iter__(self) -> Iterator[Recording]:

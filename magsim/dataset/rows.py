@@ -138,7 +138,7 @@ def pieces_to_judge(recording: Recording, sensor: str) -> tuple[JudgedPiece, ...
     recording.check_scalar(sensor)
     if columns.SPLIT.pattern not in recording:
         msg = (
-            f"recording {recording.name!r} has no column 'split', which tells training rows from test rows; "
+            f"recording {recording.name!r} has no column 'split', which marks training and test rows; "
             "magsim import makes it with --train and --test"
         )
         raise RequestError(msg)

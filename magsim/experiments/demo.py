@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from magsim import plots
 from magsim.benchmark import Report, evaluate
@@ -15,6 +16,9 @@ from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
 from magsim.storage import atomic_write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SCENARIO = "calibration_c208b"
 RECEIPT = "demo.json"
@@ -29,10 +33,10 @@ FIGURES = ("flight", "field", "interference", "spectrum")
 """Kinds of ``magsim plot`` that are drawn of the recording: it has no currents."""
 
 Simulating = Callable[[], AbstractContextManager[Callable[[str, float], None]]]
-"""Opens a display that is told the name of a step and its share done, 0 to 1."""
+"""Opens a display that is called with the name of a step and its share done, 0 to 1."""
 
 Training = Callable[[], AbstractContextManager[Callable[[object], None]]]
-"""Opens a display that is told the state of one training (``magsim.training.Progress``)."""
+"""Opens a display that is called with the state of one training (``magsim.training.Progress``)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class DemoResult:
 def run_demo(
     folder: Path,
     *,
-    say: Callable[[str], None],
+    announce: Callable[[str], None],
     simulating: Simulating = lambda: nullcontext(lambda _step, _share: None),
     training: Training = lambda: nullcontext(lambda _state: None),
 ) -> DemoResult:
@@ -57,8 +61,8 @@ def run_demo(
     ----------
     folder : Path
         Where everything goes; made if it is not there. Only what an earlier demo wrote is replaced.
-    say : callable
-        Told what begins, one line for each step.
+    announce : callable
+        Called with one line of text as each step begins.
     simulating, training : callable, optional
         Open displays of how far the simulation and each training are.
 
@@ -68,7 +72,7 @@ def run_demo(
         If the folder holds files that no demo wrote, or cannot be written to.
     """
     writer = _Folder.open(folder)
-    say(f"1/4  fly {SCENARIO} and compute its field (the aircraft's response is solved the first time)")
+    announce(f"1/4  fly {SCENARIO} and compute its field (the aircraft's response is solved the first time)")
     with simulating() as progress:
         recording = simulate(load_scenario(SCENARIO), progress=progress)
     writer.write(f"{SCENARIO}.h5", lambda path: recording.write(path, force=True))
@@ -76,18 +80,18 @@ def run_demo(
 
     fitted = []
     for name in TRAINED:
-        say(f"2/4  train {name} on circuit 1")
+        announce(f"2/4  train {name} on circuit 1")
         with training() as progress:
             fitted.append((name, _train(name, recording, sensor, progress)))
         fitted[-1][1].save(writer.folder / name)
         writer.adopt(name)
 
-    say("3/4  compensate circuit 2 and score against the truth")
+    announce("3/4  compensate circuit 2 and score against the truth")
     report = evaluate(recording, [*CLOSED_FORM, *fitted, "noise_floor"], sensor=sensor)
     writer.write("report.json", lambda path: path.write_text(report.to_json(), encoding="utf-8"))
     writer.write("table.txt", lambda path: path.write_text(report.to_text(times=False), encoding="utf-8"))
 
-    say("4/4  draw")
+    announce("4/4  draw")
     for kind in FIGURES:
         writer.figure(f"{kind}.png", plots.KINDS[kind](recording, sensor))
     drawn = {name: dict(fitted).get(name) or create(name).fit(recording, sensor=sensor) for name in DRAWN}
@@ -151,7 +155,7 @@ class _Folder:
         atomic_write(self.folder / name, write, force=True)
         self._note(name)
 
-    def figure(self, name: str, figure: object) -> None:
+    def figure(self, name: str, figure: "Figure") -> None:
         """Write one figure."""
         plots.save(figure, self.folder / name, force=True)
         self._note(name)

@@ -209,7 +209,7 @@ def _text(text: str) -> np.ndarray:
 
 
 def _texts(texts: Iterable[str]) -> np.ndarray:
-    """Texts as bytes of one length, which HDF5 knows to be UTF-8; of 2 at least, for netCDF tells texts of 1 apart."""
+    """Return texts as bytes of one length, marked as UTF-8; at least 2, since netCDF reads texts of length 1 otherwise."""
     import h5py
 
     encoded = [text.encode() for text in texts]
@@ -217,7 +217,7 @@ def _texts(texts: Iterable[str]) -> np.ndarray:
 
 
 def _cf_time(start_utc: str) -> str:
-    """A time in ISO 8601 as the CF conventions write it."""
+    """Return a time in ISO 8601 as the CF conventions write it."""
     start = datetime.fromisoformat(start_utc)
     start = start.astimezone(UTC) if start.tzinfo else start
     return start.replace(tzinfo=None).isoformat(sep=" ")

@@ -1,4 +1,4 @@
-"""Whether a file is what magsim wrote: against its checksums and against the table of columns."""
+"""Verification of a recording file: by its checksums, and by the table of columns."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ def verify(path: Path) -> Verified:
     """Check a recording file in every byte.
 
     The checksum at its end is that of all bytes before it, so that any change is found; the checksums of the data sets
-    tell where. Names, units, frames, meanings, shapes and types are held against the table of columns of this version.
+    locate it. Names, units, frames, meanings, shapes and types are compared with the table of columns of this version.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def verify(path: Path) -> Verified:
 
 
 def _differences(group: hdf5.Reader, *, summed: bool) -> Iterator[str]:
-    """What differs in one flight, in words that follow its name."""
+    """Describe what differs in one flight, in words that follow its name."""
     present = group.names()
     known = {columns.TIME, "texts", *columns.ROLES, *(f"{role}_channel" for role in columns.ROLES)}
     for name in present:
@@ -108,21 +108,21 @@ def _differences(group: hdf5.Reader, *, summed: bool) -> Iterator[str]:
 
 
 def _sum_differs(group: hdf5.Reader, name: str, *, kind: str, ndim: int) -> Iterator[str]:
-    told = group.text_attribute(name, file.CHECKSUM)
-    if told is None:
+    recorded = group.text_attribute(name, file.CHECKSUM)
+    if recorded is None:
         yield f"{name} has no attribute {file.CHECKSUM}"
-    elif told != file.checksum(np.asarray(group.array(name, kind=kind, ndim=ndim))):
+    elif recorded != file.checksum(np.asarray(group.array(name, kind=kind, ndim=ndim))):
         yield f"the values of {name} are not those that were written (its checksum differs)"
 
 
 def _details_differ(group: hdf5.Reader, role: str) -> Iterator[str]:
     names = [name.decode("utf-8", "replace") for name in group.array(f"{role}_channel", kind="S", ndim=1).tolist()]
     for attribute, detail in _DETAILS.items():
-        told = group.texts_attribute(role, attribute)
-        if len(told) != len(names):
-            yield f"{role} has {len(names)} columns, but attribute {attribute} has {len(told)} entries"
+        texts = group.texts_attribute(role, attribute)
+        if len(texts) != len(names):
+            yield f"{role} has {len(names)} columns, but attribute {attribute} has {len(texts)} entries"
             continue
-        for name, text in zip(names, told, strict=True):
+        for name, text in zip(names, texts, strict=True):
             family = columns.find(name)
             if family is not None and getattr(family, detail) != text:
                 yield f"column {name} has {detail} {text[:60]!a}; the table of columns has {getattr(family, detail)!a}"

@@ -86,7 +86,7 @@ class Decimator:
         )
 
     def everywhere(self, values: np.ndarray) -> np.ndarray:
-        """The filtered signal at every input sample that has its run-in, (n - 2 half,) from a column (n,).
+        """Return the filtered signal at every input sample that has its run-in, (n - 2 half,) from a column (n,).
 
         Its sample ``i`` belongs to the instant of input sample ``i + half``.
         """

@@ -5,7 +5,7 @@ from scipy.interpolate import CubicSpline
 
 
 def derivative(values: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Derivative by time from central differences (one-sided at the ends), per second.
+    """Differentiate by time with central differences (one-sided at the ends), per second.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def derivative(values: np.ndarray, rate_hz: float) -> np.ndarray:
 
 
 def spline_derivative(values: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Derivative by time of the cubic spline through the samples, per second.
+    """Differentiate the cubic spline through the samples by time, per second.
 
     Parameters
     ----------

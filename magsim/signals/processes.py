@@ -33,7 +33,7 @@ def gauss_markov(
 
 
 def first_order_lag(values: np.ndarray, time_constant_s: float, rate_hz: float) -> np.ndarray:
-    """What an instrument of first order makes of its input, ``T dy/dt = x - y``, at rest before the first sample.
+    """Pass a signal through an instrument of first order, ``T dy/dt = x - y``, at rest before the first sample.
 
     Parameters
     ----------

@@ -86,8 +86,8 @@ class Checkpoint:
         if about["identity"] != self.identity:
             msg = f"checkpoint {self.folder} belongs to a run with other settings or other recordings"
             raise RequestError(msg)
-        parts = ({k.removeprefix(p): v for k, v in tensors.items() if k.startswith(p)} for p in ("last.", "best."))
-        return Saved(int(about["step"]), *parts, state)
+        last, best = ({k.removeprefix(p): v for k, v in tensors.items() if k.startswith(p)} for p in ("last.", "best."))
+        return Saved(int(about["step"]), last, best, state)
 
     def _steps(self) -> list[int]:
         """Return the steps of which both files exist."""

@@ -151,7 +151,7 @@ def train(
     phase : str
         Name of the run in the progress.
     progress : callable, optional
-        Told at each validation.
+        Called at each validation.
     checkpoint : Checkpoint, optional
         Where the state is kept at each validation; a state found there is taken up, and the end is the same as
         without the break.
@@ -223,7 +223,7 @@ class _Loop:
         self.run.step += 1
 
     def validate(self) -> None:
-        """Measure the module, keep it if it is the best, save the state, tell the progress."""
+        """Measure the module, keep it if it is the best, save the state, report the progress."""
         run, plan = self.run, self.plan
         self.module.eval()
         with torch.no_grad():

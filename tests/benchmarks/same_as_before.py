@@ -42,13 +42,13 @@ CLOSED_FORM_TOLERANCE = 1e-9
 JUDGE_BEFORE = """
 import json, sys
 from pathlib import Path
-from magsim.benchmark import evaluate
+from magsim.benchmark import benchmark
 from magsim.compensation import create
 from magsim.recording import Recording
 folder, names, methods = Path(sys.argv[1]), sys.argv[2].split(","), sys.argv[3].split(",")
 recordings = [Recording.read(folder / f"{name}.h5") for name in names]
 chosen = [(m, create(m, preset="demo")) if m in ("bp", "magtcn") else m for m in methods]
-report = evaluate(recordings, chosen)
+report = benchmark(recordings, chosen)
 print(json.dumps([[r.recording, r.method, r.segment, r.metric, r.value] for r in report.rows]))
 """
 

@@ -144,9 +144,9 @@ def _groups(where: Sequence[np.ndarray]) -> list[list[int]]:
         north = middles[:, 0] - middles[i, 0]
         east = _wrapped(middles[:, 1] - middles[i, 1]) * shrink[i]
         near = np.hypot(north, east) <= NEAR * (radii + radii[i])
-        met = [group for group in groups if near[group].any()]
-        groups = [group for group in groups if group not in met]
-        groups.append(sorted([i, *(j for group in met for j in group)]))
+        touched = [group for group in groups if near[group].any()]
+        groups = [group for group in groups if group not in touched]
+        groups.append(sorted([i, *(j for group in touched for j in group)]))
     return sorted(groups)
 
 

@@ -72,5 +72,6 @@ class WindowMLP(nn.Module):
 
 def _zero(layers: nn.Sequential) -> None:
     last = layers[-1]
+    assert isinstance(last, nn.Linear)
     nn.init.zeros_(last.weight)
     nn.init.zeros_(last.bias)

@@ -58,7 +58,7 @@ class ResidualLoss:
     band_weight : float
         Weight of the in-band part; both parts are relative to the variance of what there is to learn.
     last : bool
-        The network puts out the last sample of a window only.
+        The network returns the last sample of a window only.
     """
 
     band: Tensor | None

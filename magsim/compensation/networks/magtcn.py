@@ -168,15 +168,20 @@ class MagTCN(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """Map windows (B, M, T) to (B, T), or to (B, 1) with the head ``last``."""
-        z, mean, deviation = self.revin.normalize(x) if self.revin else (x, None, None)
+        if self.revin is None:
+            y = self._body(x)
+        else:
+            z, mean, deviation = self.revin.normalize(x)
+            y = self.revin.restore(self._body(z), mean, deviation)
+        y = y + x
+        return self.head(y.transpose(1, 2)).squeeze(2) if self.per_time else self.head(y.flatten(1))
+
+    def _body(self, z: Tensor) -> Tensor:
+        """Map (B, M, T) through embedding, blocks and merging to the same shape."""
         h = torch.addcmul(self.embed_bias[..., None, None], self.embed[..., None, None], z.transpose(0, 1).unsqueeze(1))
         for i, block in enumerate(self.blocks):
             h = block(h) if i == 0 else h + block(h)
-        y = torch.einsum("md,mdbt->bmt", self.merge, h) + self.merge_bias[:, None]
-        if self.revin:
-            y = self.revin.restore(y, mean, deviation)
-        y = y + x
-        return self.head(y.transpose(1, 2)).squeeze(2) if self.per_time else self.head(y.flatten(1))
+        return torch.einsum("md,mdbt->bmt", self.merge, h) + self.merge_bias[:, None]
 
     def start_at_zero(self) -> None:
         """Set the head to zero, so that an untrained network returns zeros."""

@@ -36,7 +36,7 @@ def apply_network(
 
     def outputs(windows: np.ndarray) -> np.ndarray:
         with torch.no_grad():
-            return module(torch.from_numpy(windows)).numpy().astype(float)  # type: ignore[no-any-return]
+            return module(torch.from_numpy(windows)).numpy().astype(float)
 
     out = np.full(len(inputs), np.nan)
     for span in spans(time_s):
