@@ -15,7 +15,7 @@ from magsim.field.metal.eddy import Modes, reduce_to_modes, slow_limit
 from magsim.field.metal.skin.mesh import metal_obstacles, outline
 from magsim.field.metal.skin.model import SkinModel, load_skin
 from magsim.field.metal.steel.model import SteelModel, compute_steel, file_digests, load_steel
-from magsim.field.sources.dipoles import HingedDipole, dipole_field
+from magsim.field.sources.dipoles import dipole_field
 from magsim.field.wiring.harness import Wiring
 from magsim.storage import cached
 
@@ -45,8 +45,6 @@ class AircraftResponse:
         Relative error of the modes at 0.5 Hz beside all currents of the conductor.
     wiring_nt_per_a : (s, 3, c) [nT/A]
         Field of each feeder for 1 A.
-    hinged : tuple of HingedDipole
-        Dipoles on control surfaces.
     """
 
     mounts: tuple[str, ...]
@@ -59,11 +57,10 @@ class AircraftResponse:
     field: np.ndarray
     eddy_error: np.ndarray
     wiring_nt_per_a: np.ndarray
-    hinged: tuple[HingedDipole, ...]
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            if item.name not in ("mounts", "hinged"):
+            if item.name != "mounts":
                 object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
 
     @property
@@ -177,21 +174,6 @@ def _check_places(aircraft: Vehicle, places: Mapping[str, Sequence[float]], stee
         raise RequestError("\n".join(lines)) from error
 
 
-def _assemble(magnetics: Magnetics, names: tuple[str, ...], arrays: Arrays) -> AircraftResponse:
-    hinged = tuple(
-        HingedDipole(
-            position=np.array(dipole.position_m),
-            moment=np.array(dipole.moment_am2),
-            hinge_point=np.array(dipole.hinge_point_m),
-            hinge_axis=np.array(dipole.hinge_axis),
-            surface=dipole.surface,
-            name=dipole.name,
-        )
-        for dipole in magnetics.hinged
-    )
-    return AircraftResponse(mounts=names, hinged=hinged, **arrays)
-
-
 def eddy_model(aircraft: Vehicle, asked: str | None = None) -> str:
     """Name of the model of eddy currents that is used: what is asked, else what the aircraft's file gives.
 
@@ -222,7 +204,7 @@ def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResp
         If a place is in or at the metal, steel parts touch, or a mesh is not sound.
     """
     mounts, model = aircraft.mounts, eddy_model(aircraft, eddy)
-    return _assemble(aircraft.magnetics, tuple(mounts), _solve(aircraft, mounts, compute_steel(aircraft), model))
+    return AircraftResponse(tuple(mounts), **_solve(aircraft, mounts, compute_steel(aircraft), model))
 
 
 def response_at(
@@ -251,9 +233,7 @@ def response_at(
         If a place is in or at the steel, a mount at the skin, steel parts touch, or a mesh is not sound.
     """
     model = eddy_model(aircraft, eddy)
-    return _assemble(
-        aircraft.magnetics, tuple(places), _solve(aircraft, places, load_steel(aircraft), model, full=full)
-    )
+    return AircraftResponse(tuple(places), **_solve(aircraft, places, load_steel(aircraft), model, full=full))
 
 
 def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
@@ -286,4 +266,4 @@ def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftRespons
         "eddy": model,
     }
     arrays = cached("response", key, lambda: _solve(aircraft, mounts, load_steel(aircraft), model))
-    return _assemble(magnetics, tuple(mounts), arrays)
+    return AircraftResponse(tuple(mounts), **arrays)

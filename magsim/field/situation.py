@@ -8,8 +8,6 @@ import numpy as np
 
 from magsim.aircraft import Magnetics
 from magsim.field.response import AircraftResponse
-from magsim.field.stepping import derivative
-from magsim.field.wiring.electronics import Onboard, onboard
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
@@ -117,13 +115,3 @@ class Situation:
         for part in self.background.values():
             out += part[:, -1]
         return out
-
-    @cached_property
-    def ambient_rate_b(self) -> np.ndarray:
-        """Time derivative of ``B_0`` in body axes, (n, 3) [nT/s]."""
-        return derivative(self.ambient_b, self.step_s)
-
-    @cached_property
-    def onboard(self) -> Onboard:
-        """Currents and voltages of the aircraft's wiring."""
-        return onboard(self)

@@ -42,7 +42,7 @@ from magsim.scenario.patterns import (
     parts_of,
 )
 from magsim.scenario.payload import Loading
-from magsim.scenario.physics import Earth, EddyPart, FieldPart, FieldSettings
+from magsim.scenario.physics import Earth, EddyPart, FieldPart, FieldSettings, MemoryPart
 from magsim.scenario.place import GroundPoint
 from magsim.scenario.start import FlightSettings, Start, Sway
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
@@ -90,6 +90,7 @@ __all__ = [
     "Loading",
     "LogShear",
     "Maneuver",
+    "MemoryPart",
     "Oscillation",
     "Pattern",
     "PatternBase",

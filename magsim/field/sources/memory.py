@@ -9,8 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from magsim.field.situation import Situation
+from magsim.aircraft.magnetics import Memory
 from magsim.field.stepping import first_order
+from magsim.scenario import MemoryPart
 
 
 def play(values: np.ndarray, radius: float, start: np.ndarray) -> np.ndarray:
@@ -110,24 +111,23 @@ def viscosity(
     return out
 
 
-def remembered(situation: Situation) -> np.ndarray | None:
-    """The field ``z`` that the steel answers beside the ambient one, (n, 3) [nT]; None without ``[memory]``."""
-    told, settings = situation.magnetics.memory, situation.scenario.field.memory
-    if told is None:
+def remembered(memory: Memory | None, ambient_b: np.ndarray, step_s: float, settings: MemoryPart) -> np.ndarray | None:
+    """Return the field ``z`` that the steel answers beside the ambient one, (n, 3) [nT].
+
+    Parameters
+    ----------
+    memory : Memory, optional
+        Of the aircraft file; without one the result is None.
+    ambient_b : (n, 3) [nT]
+    step_s : float [s]
+    settings : MemoryPart
+        Which of hysteresis and viscosity are on, and the state before the first sample.
+    """
+    if memory is None:
         return None
-    ambient_b = situation.ambient_b
     state = np.zeros_like(ambient_b)
     if settings.hysteresis:
-        state += hysteresis(ambient_b, told.radii_nt, told.weights, settings.start)
+        state += hysteresis(ambient_b, memory.radii_nt, memory.weights, settings.start)
     if settings.viscosity:
-        weights, step_s = told.viscosity_weights, situation.step_s
-        state += viscosity(ambient_b, told.viscosity_s, weights, step_s, settings.start)
+        state += viscosity(ambient_b, memory.viscosity_s, memory.viscosity_weights, step_s, settings.start)
     return state
-
-
-def memory(situation: Situation) -> np.ndarray | None:
-    """Field of what the steel remembers, ``D z``, (n, s, 3) [nT]; None for an aircraft without ``[memory]``."""
-    state = remembered(situation)
-    if state is None:
-        return None
-    return np.einsum("sij,nj->nsi", situation.response.induced[situation.rows], state)

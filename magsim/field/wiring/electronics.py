@@ -3,19 +3,16 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from magsim.aircraft.magnetics import Bus, Feeder
+from magsim.aircraft.magnetics import Bus, Feeder, Magnetics
 from magsim.aircraft.magnetics import feeders as model
 from magsim.field.stepping import derivative
 from magsim.field.wiring.loads import Steps, cycles, lagged, pulses, switched
+from magsim.scenario import Electronics
 from magsim.streams import stream
 from magsim.trajectory import Flight
-
-if TYPE_CHECKING:
-    from magsim.field.situation import Situation
 
 SETTLED_S = 1e4
 """How long before the flight a load that is off has been off."""
@@ -179,22 +176,16 @@ class Onboard:
     voltages_v: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
-def onboard(situation: "Situation") -> Onboard:
-    """Currents and voltages of a flight with the settings of its scenario."""
-    magnetics, part = situation.magnetics, situation.scenario.field.electronics
-    clock = Clock(situation.time_s, situation.step_s, situation.flight, situation.scenario.seed)
-    drawn = currents(part.apply(magnetics.feeders), clock, part.off)
+def onboard(magnetics: Magnetics, settings: Electronics, clock: Clock) -> Onboard:
+    """Return the currents and voltages of a flight.
+
+    Parameters
+    ----------
+    magnetics : Magnetics
+        Feeders and buses of the aircraft file.
+    settings : Electronics
+        What the scenario changes of them.
+    clock : Clock
+    """
+    drawn = currents(settings.apply(magnetics.feeders), clock, settings.off)
     return Onboard(drawn, voltages(magnetics.buses, drawn))
-
-
-def electronics(situation: "Situation") -> np.ndarray | None:
-    """Field of the wiring, ``sum_c W_c I_c``, (n, s, 3) [nT]; None for an aircraft without feeders."""
-    drawn = situation.onboard.currents_a
-    if not drawn:
-        return None
-    gains = situation.response.wiring_nt_per_a[situation.rows]
-    out = np.zeros((len(situation.time_s), len(gains), 3))
-    for c, current in enumerate(drawn.values()):
-        if np.any(gains[..., c]):
-            out += current[:, None, None] * gains[..., c]
-    return out

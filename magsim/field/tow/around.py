@@ -1,0 +1,86 @@
+"""Interpolation of an aircraft's gains around it, far enough off that they are those of a dipole to a good part.
+
+Times the cube of the distance, such a gain hardly changes over the places where a bird swings: it is computed at few
+nodes and interpolated in direction and inverse distance.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+CHUNK = 8192
+"""Samples that are interpolated at once."""
+
+
+class Around:
+    """Coordinates in which a far field is nearly a constant: two directions and the inverse distance.
+
+    Parameters
+    ----------
+    axes : (3, 3)
+        Rows: two directions across, and the middle direction from the datum.
+    low, high : (3,)
+        Ranges of the coordinates.
+    """
+
+    def __init__(self, axes: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+        self.axes, self.middle, self.half = axes, 0.5 * (low + high), 0.5 * (high - low)
+
+    @classmethod
+    def of(cls, places: np.ndarray) -> "Around":
+        """Coordinates for places (n, s, 3) [m]."""
+        flat = places.reshape(-1, 3)
+        ahead = flat.mean(axis=0)
+        ahead = ahead / np.linalg.norm(ahead)
+        across = np.eye(3)[np.abs(ahead).argmin()]
+        first = np.cross(ahead, across)
+        first /= np.linalg.norm(first)
+        axes = np.stack([first, np.cross(ahead, first), ahead])
+        values, _ = _coordinates(axes, flat)
+        low, high = values.min(axis=0), values.max(axis=0)
+        room = 0.02 * (high - low) + 1e-6 * np.abs(high).max()
+        return cls(axes, low - room, high + room)
+
+    def fitted(self, respond: Callable[[np.ndarray], np.ndarray], degrees: tuple[int, int, int]) -> "Table":
+        """Polynomials through nodes: ``respond`` makes (p, 3, c) of places (p, 3)."""
+        knots = [np.cos(np.pi * (np.arange(d + 1) + 0.5) / (d + 1)) for d in degrees]
+        scaled = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1).reshape(-1, 3)
+        u, v, w = (self.middle + self.half * scaled).T
+        ray = np.column_stack([u, v, np.ones_like(u)])
+        ray *= (1.0 / (w * np.sqrt(np.einsum("pi,pi->p", ray, ray))))[:, None]
+        values = respond(ray @ self.axes) / w[:, None, None] ** 3
+        shape = tuple(d + 1 for d in degrees)
+        table = values.reshape(*shape, -1)
+        for axis, (count, knot) in enumerate(zip(shape, knots, strict=True)):
+            inverse = np.linalg.inv(chebyshev.chebvander(knot, count - 1))
+            table = np.moveaxis(np.tensordot(inverse, table, axes=(1, axis)), 0, axis)
+        return Table(degrees, table.reshape(-1, *values.shape[1:]))
+
+    def at(self, places: np.ndarray, table: "Table", strengths: np.ndarray) -> np.ndarray:
+        """Field at places (n, s, 3) of sources of given strengths (n, c), (n, s, 3)."""
+        out = np.empty_like(places)
+        for first in range(0, len(places), CHUNK):
+            rows = slice(first, first + CHUNK)
+            for s in range(places.shape[1]):
+                values, cubed = _coordinates(self.axes, places[rows, s])
+                scaled = (values - self.middle) / self.half
+                # summed over the sources first: one number for each axis and polynomial
+                basis = chebyshev.chebvander3d(*scaled.T, table.degrees)
+                strength = np.einsum("nc,mic->nmi", strengths[rows], table.values, optimize=True)
+                out[rows, s] = np.einsum("nm,nmi->ni", basis, strength) * cubed[:, None]
+        return out
+
+
+class Table:
+    """Coefficients of the polynomials, (m, 3, c), and their degrees."""
+
+    def __init__(self, degrees: tuple[int, int, int], values: np.ndarray) -> None:
+        self.degrees, self.values = list(degrees), values
+
+
+def _coordinates(axes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates of places (n, 3), and the inverse cube of the distance from the datum."""
+    first, second, ahead = (np.einsum("ni,i->n", places, axis) for axis in axes)
+    inverse = 1.0 / np.sqrt(np.einsum("ni,ni->n", places, places))
+    return np.column_stack([first / ahead, second / ahead, inverse]), inverse**3
