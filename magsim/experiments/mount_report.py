@@ -118,7 +118,7 @@ class MountMap:
         )
         left = (
             "left: after Tolles-Lawson with 18 terms fitted to the same flight. Predicted to first order, without "
-            "instrument noise and magnetic memory."
+            "instrument noise."
         )
         return fom, left
 
