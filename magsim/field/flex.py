@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.aircraft import magnetics
+from magsim.aircraft.magnetics import FlexMode
 from magsim.field.situation import Situation
 from magsim.field.stepping import derivative, first_order
 from magsim.frames import rotate_back
@@ -22,8 +22,8 @@ REACH_M = 0.01
 
 
 @dataclass(frozen=True)
-class FlexMode:
-    """One mode of bending, as the mount feels it.
+class BendingMode:
+    """One mode of bending, by its effect at the mount.
 
     Attributes
     ----------
@@ -43,6 +43,17 @@ class FlexMode:
     damping: float
     participation: float
     tilt: np.ndarray
+
+    @classmethod
+    def of(cls, mode: FlexMode) -> "BendingMode":
+        """Return a mode of the aircraft file."""
+        return cls(
+            direction=np.array(mode.direction),
+            frequency_hz=mode.frequency_hz,
+            damping=mode.damping,
+            participation=mode.participation,
+            tilt=np.array(mode.tilt_radpm),
+        )
 
 
 def specific_force(motion: Trajectory, rot_nb: np.ndarray, step_s: float, place_b: np.ndarray) -> np.ndarray:
@@ -71,7 +82,7 @@ def specific_force(motion: Trajectory, rot_nb: np.ndarray, step_s: float, place_
     return out
 
 
-def bend(mode: FlexMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
+def bend(mode: BendingMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
     """Deflection of one mode under a specific force.
 
     ``x'' + 2 d w x' + w^2 x = -p e . (f - f_rest)`` with ``f_rest = (0, 0, -g)``, stepped exactly for a force that is
@@ -79,7 +90,7 @@ def bend(mode: FlexMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
 
     Parameters
     ----------
-    mode : FlexMode
+    mode : BendingMode
     force_b : (n, 3) [m/s^2]
     step_s : float [s]
 
@@ -93,17 +104,6 @@ def bend(mode: FlexMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
     drive = -mode.participation * np.einsum("ni,i->n", force_b - np.array([0.0, 0.0, -G0]), mode.direction)
     # x = Im q / ringing for dq/dt = rate q + drive; at rest q = -drive / rate.
     return first_order(rate, drive.astype(complex), step_s, np.asarray(-drive[0] / rate)).imag / ringing
-
-
-def mode_of(told: magnetics.FlexMode) -> FlexMode:
-    """A mode of the aircraft file."""
-    return FlexMode(
-        direction=np.array(told.direction),
-        frequency_hz=told.frequency_hz,
-        damping=told.damping,
-        participation=told.participation,
-        tilt=np.array(told.tilt_radpm),
-    )
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Bending:
             force_b = specific_force(situation.motion, situation.rot_nb, step_s, place)
             shifts[name] = np.zeros_like(force_b)
             tilts[name] = np.zeros_like(force_b)
-            for mode in map(mode_of, modes):
+            for mode in map(BendingMode.of, modes):
                 way = settings.scale * bend(mode, force_b, step_s)[:, None]
                 shifts[name] += way * mode.direction
                 tilts[name] += way * mode.tilt

@@ -98,7 +98,7 @@ class DeflectedDipole:
         """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, 3) [nT].
 
         The field is that at zero deflection plus multiples of ``cos - 1`` and ``sin``, fitted at a deflection of
-        ``HINGE_STEP_RAD`` to both sides; between these it is right to 0.1 %.
+        ``HINGE_STEP_RAD`` to both sides; between these it is right to 0.1 % some meters off.
         """
         angles = np.array([0.0, HINGE_STEP_RAD, -HINGE_STEP_RAD])
         rest, plus, minus = replace(self, cos=np.cos(angles), sin=np.sin(angles)).at(points)
