@@ -1,7 +1,7 @@
 """An aircraft or a towed bird as its folder describes it: facts of flight, magnetic parts, mounts, limits.
 
 The folder is shipped, ``aircraft/<name>``, or a user's own. The ``facts.toml`` of an aircraft holds geometry, mass,
-aerodynamics, engine, controls and limits (``Facts``), or says that it is a carrier without a flight model
+aerodynamics, engine, controls and limits (``Facts``), or describes a carrier without a flight model
 (``KinematicFacts``); the ``body.toml`` of a bird what hangs on a rope (``BirdFacts``). ``magnetics.toml`` holds
 everything magnetic and the mounts (``Magnetics``). Each number has a unit and a source, or is marked an estimate.
 """
@@ -47,13 +47,13 @@ class Vehicle:
     name : str
         Name of its folder.
     facts : BaseModel
-        What flies.
+        Facts of flight.
     magnetics : Magnetics
-        What disturbs, and where sensors are mounted.
+        Everything magnetic, and the mounts of sensors.
     digest : str
         SHA-256 over the bytes of its two files and those that they name, in hexadecimal.
     files : mapping of str to bytes
-        Files of triangles that ``magnetics.toml`` names, as they are.
+        Content of the files of triangles that ``magnetics.toml`` names.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Aircraft(Vehicle):
 
     @property
     def limits(self) -> Limits | KinematicLimits:
-        """What the aircraft can be asked to do."""
+        """Limits of what the aircraft can fly."""
         return self.facts.limits
 
 
@@ -123,16 +123,16 @@ def load_bird(name_or_path: str | Path, base: Path | None = None) -> Bird:
 
 
 def _facts_model(path: Path) -> type[BaseModel]:
-    """The model of a ``facts.toml``: that of a kinematic carrier where it says so."""
+    """Return the model of a ``facts.toml``: that of a kinematic carrier where its ``kind`` names one."""
     try:
         kind = config.read(path).table.get("kind")
     except RequestError:
-        return Facts  # told when it is read in earnest
+        return Facts  # reported when the whole file is read
     return Facts if kind is None else KinematicFacts
 
 
 def _read(folder: Path, files: tuple[str, str], facts: type[BaseModel]) -> dict[str, object]:
-    """Fields of a vehicle from the two files of its folder."""
+    """Return the fields of a vehicle from the two files of its folder."""
     found: dict[str, object] = {}
     lines: list[str] = []
     digest = hashlib.sha256()
@@ -152,7 +152,7 @@ def _read(folder: Path, files: tuple[str, str], facts: type[BaseModel]) -> dict[
 
 
 def mesh_files(folder: Path, magnetics: Magnetics) -> dict[str, bytes]:
-    """Content of the files of triangles that steel parts name, by name.
+    """Return the content of the files of triangles that steel parts name, by name.
 
     Raises
     ------

@@ -24,7 +24,7 @@ class ScheduledOscillation:
 
 
 def schedule(pattern: PatternBase, index: int, leg_s: float) -> tuple[list[ScheduledOscillation], float]:
-    """Swings of a leg, in the order in which they begin to rise, and the end of the last one [s].
+    """Return the oscillations of a leg, in the order in which they begin to rise, and the end of the last one [s].
 
     Parameters
     ----------
@@ -71,6 +71,6 @@ def _share(one: Train | Combined, other: Train | Combined) -> bool:
 
 
 def needed_s(pattern: PatternBase, index: int, leg_s: float) -> float:
-    """Time that the maneuvers of a leg take from its beginning, with the rest after the last [s]."""
+    """Return the time that the maneuvers of a leg take from its beginning, with the rest after the last [s]."""
     _, end = schedule(pattern, index, leg_s)
     return end + pattern.maneuvers[-1].rest_s if pattern.maneuvers else pattern.lead_s

@@ -45,11 +45,11 @@ class PatternBase(Strict):
         return None
 
     def course(self, start: Start) -> float:
-        """Course of the first leg [deg]."""
+        """Return the course of the first leg [deg]."""
         return start.heading_deg if self.heading_deg is None else self.heading_deg
 
     def height_m(self, start_m: float) -> float | None:
-        """Height [m] at which it is flown if the start's is another one; None where it follows the ground."""
+        """Return the height [m] at which it is flown after a start at a height; None where it follows the ground."""
         return start_m if self.alt_m is None else self.alt_m
 
     @field_validator("alt_m")
@@ -262,7 +262,7 @@ class SurveyPattern(PatternBase):
     )
 
     def height_m(self, start_m: float) -> float | None:
-        """None where it is draped."""
+        """Return the height [m]; None where the survey is draped."""
         return super().height_m(start_m) if self.drape_m is None else None
 
     @property
@@ -315,10 +315,10 @@ class PatternSequence(Strict):
 
 
 def parts_of(pattern: PatternBase | PatternSequence) -> tuple[PatternBase, ...]:
-    """Parts of a sequence; another pattern is its own only part."""
+    """Return the parts of a sequence; another pattern is its own only part."""
     return pattern.parts if isinstance(pattern, PatternSequence) else (pattern,)
 
 
 def key_of(pattern: PatternBase | PatternSequence, number: int) -> str:
-    """Key path of a part in a scenario."""
+    """Return the key path of a part in a scenario."""
     return f"pattern.parts[{number}]" if isinstance(pattern, PatternSequence) else "pattern"
