@@ -121,7 +121,7 @@ BARO_ALTITUDE = Family(
 BARO_PRESSURE = Family("baro_pa", "input", "Pa", "", "Static pressure by the barometer")
 RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground by the radar altimeter; -1 without echo")
 BASE = Family("base_{sensor}_nt", "input", "nT", "", "Reading of a base station, a scalar magnetometer on the ground")
-CURRENT = Family("cur_{circuit}_a", "input", "A", "", "Current of a circuit by its own sensor")
+CURRENT = Family("cur_{feeder}_a", "input", "A", "", "Current of a feeder by its own sensor")
 VOLTAGE = Family("vol_{bus}_v", "input", "V", "", "Voltage of a bus by its own voltmeter")
 SURFACE = Family("surface_{surface}_deg", "input", "deg", "", "Deflection of a control surface about its hinge")
 
@@ -304,7 +304,7 @@ ALIASES_SGL: Mapping[str, str] = {
 }
 """Electrical channels of the SGL 2020 layout (MagNav.jl, readme of the 2020 data): our column, their name.
 
-An aircraft that has such a circuit or bus gives it the name that stands here.
+An aircraft that has such a feeder or bus gives it the name that stands here.
 """
 
 

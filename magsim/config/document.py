@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -203,10 +203,11 @@ def parse(text: str, *, overrides: Sequence[str] = (), source: str = "<text>") -
     return Document(source, text, table, tuple(applied), tuple(problems))
 
 
-def _remove(table: object, path: keys.Path) -> None:
+def _remove(table: Any, path: keys.Path) -> None:
+    """Remove a key from a table in place; the path leads through tables and lists."""
     for part in path[:-1]:
-        table = table[part]  # type: ignore[index]
-    table.pop(path[-1], None)  # type: ignore[union-attr]
+        table = table[part]
+    table.pop(path[-1], None)
 
 
 def _joined(lines: Sequence[str]) -> str:

@@ -4,11 +4,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date, datetime, time
 from difflib import get_close_matches
 from functools import lru_cache
+from typing import Any
 
 from pydantic import BaseModel
 from pydantic.errors import PydanticInvalidForJsonSchema
 
-Schema = Mapping[str, object]
+Schema = Mapping[str, Any]
+"""A JSON schema: its values are tables, lists, texts and numbers."""
 
 _PATTERNS = {r"^[a-z][a-z0-9_]*$": "lower-case letters, digits and _, a letter first"}
 _PLURALS = {"number": "numbers", "integer": "whole numbers", "string": "texts", "object": "tables"}
@@ -64,8 +66,7 @@ class Guide:
         for member in self.members(schema) or [schema]:
             if isinstance(part, int):
                 prefix = member.get("prefixItems")
-                inside = isinstance(prefix, list) and part < len(prefix)
-                found = prefix[part] if inside else member.get("items")
+                found = prefix[part] if isinstance(prefix, list) and part < len(prefix) else member.get("items")
             else:
                 found = member.get("properties", {}).get(part)
                 found = found or next(iter(member.get("patternProperties", {}).values()), None)
@@ -80,7 +81,8 @@ class Guide:
 
     def find(self, name: str) -> str | None:
         """Return the first key path of a key with this name in another table; lists are not entered."""
-        queue, seen = [((), self.root)], 0
+        queue: list[tuple[tuple[str, ...], Schema]] = [((), self.root)]
+        seen = 0
         while queue and seen < 500:
             path, schema = queue.pop(0)
             seen += 1

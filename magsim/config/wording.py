@@ -126,7 +126,7 @@ def _worded(guide: Guide, found: _Found) -> list[Complaint]:
     elif loc and loc[-1] == "[key]":
         text = _bad_name(guide, found)
     elif kind in ("union_tag_invalid", "union_tag_not_found") and isinstance(place.value, Mapping):
-        return [_wrong_tag(place, str(ctx["discriminator"]).strip("'"))]
+        return [_wrong_tag(place, place.value, str(ctx["discriminator"]).strip("'"))]
     elif kind in ("missing", "too_short", "too_long"):
         count = len(place.value) if isinstance(place.value, Mapping | list) else 1
         if kind != "missing" and ctx.get("min_length", 0) <= count <= ctx.get("max_length", count):
@@ -183,11 +183,11 @@ def _bad_name(guide: Guide, found: _Found) -> str:
     return f"unknown name; allowed: {guide.allowed(names)}{did_you_mean(found.place.path[-1], map(str, known))}"
 
 
-def _wrong_tag(place: _Place, key: str) -> Complaint:
-    mapping = place.schema.get("discriminator", {}).get("mapping", {})  # type: ignore[union-attr]
+def _wrong_tag(place: _Place, table: Mapping[str, object], key: str) -> Complaint:
+    mapping = place.schema.get("discriminator", {}).get("mapping", {})
     allowed = ", ".join(show_value(tag) for tag in mapping)
     path = (*place.path, key)
-    value = place.value.get(key)  # type: ignore[union-attr]
+    value = table.get(key)
     if value is None:
         return Complaint(path, f"is missing; allowed: {allowed}")
     return Complaint(path, f"{show_value(value)} is not allowed; allowed: {allowed}{did_you_mean(value, mapping)}")

@@ -5,17 +5,17 @@ from collections.abc import Iterator
 from magsim.aircraft import Aircraft
 from magsim.planning.legs import check_fit
 from magsim.planning.loads import check_loads
-from magsim.scenario import PatternBase, PatternSequence, Start, SurveyPattern, TrackPattern, parts_of
+from magsim.scenario import LegPattern, PatternSequence, Start, SurveyPattern, TrackPattern, parts_of
 
 
-def heights_of(pattern: PatternBase | PatternSequence, start: Start) -> tuple[float, ...]:
+def heights_of(pattern: LegPattern | PatternSequence, start: Start) -> tuple[float, ...]:
     """Return the heights of the level parts of a flight, with that of the start [m]."""
     heights = [part.height_m(start.alt_m) for part in parts_of(pattern)]
     return (start.alt_m, *(height for height in heights if height is not None))
 
 
 def check_pattern(
-    pattern: PatternBase | PatternSequence, start: Start, aircraft: Aircraft | None
+    pattern: LegPattern | PatternSequence, start: Start, aircraft: Aircraft | None
 ) -> Iterator[tuple[str, str]]:
     """Yield the problems of a pattern: key within it, and text."""
     for number, part in enumerate(parts_of(pattern)):
@@ -28,7 +28,7 @@ def check_pattern(
                 yield prefix + key, text
 
 
-def check_surveys(pattern: PatternBase | PatternSequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
+def check_surveys(pattern: LegPattern | PatternSequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
     """Yield tie lines that do not cross the lines, and drapes without a ground to follow."""
     for number, part in enumerate(parts_of(pattern)):
         if not isinstance(part, SurveyPattern):
@@ -50,7 +50,7 @@ def check_surveys(pattern: PatternBase | PatternSequence, *, has_ground: bool) -
             yield f"{prefix}alt_m", "a draped survey follows the ground; allowed: drape_m or alt_m"
 
 
-def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
+def check_course(pattern: LegPattern, start: Start) -> Iterator[tuple[str, str]]:
     """Yield a problem where a pattern that is named after its headings has others."""
     course = pattern.course(start)
     if pattern.courses_deg is not None:

@@ -256,14 +256,14 @@ def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndar
 
 
 def _fields(recording: Recording, family: columns.Family, key: str) -> dict[str, np.ndarray]:
-    """Columns of a family by the name of the circuit or bus."""
+    """Columns of a family by the name of the feeder or bus."""
     found = {name: family.match(name) for name in recording.names("input")}
     return {fields[key]: recording[name] for name, fields in found.items() if fields is not None}
 
 
 def electronics(recording: Recording, sensor: str) -> Figure:
     """Currents that change, bus voltages, and the field of the wiring along the background."""
-    currents = _fields(recording, columns.CURRENT, "circuit")
+    currents = _fields(recording, columns.CURRENT, "feeder")
     voltages = _fields(recording, columns.VOLTAGE, "bus")
     drawn = {name: amperes for name, amperes in currents.items() if np.ptp(amperes) > STEADY_A}
     truth = columns.CLEAN.name(sensor=sensor) in recording

@@ -301,7 +301,7 @@ def _problems(path: Path, table: _TrackTable, settings: TrackPattern) -> Iterato
             yield f"{table.where(path, row)}: column {names[quantity]}: {why(row)}"
 
     for quantity, value in values.items():
-        yield from first(quantity, ~np.isfinite(value), lambda row, v=value: f"{v[row]} is not a finite number")
+        yield from first(quantity, ~np.isfinite(value), _shown(value, "{} is not a finite number"))
     if not all(np.isfinite(value).all() for value in values.values()):
         return
     limits = {"lat": (-89.0, 89.0), "lon": (-360.0, 360.0), "pitch": (-85.0, 85.0)}
@@ -309,16 +309,21 @@ def _problems(path: Path, table: _TrackTable, settings: TrackPattern) -> Iterato
     for quantity, (low, high) in limits.items():
         if quantity in values:
             angle = np.degrees(values[quantity])
-            text = f"deg is outside of {low:g} to {high:g} deg; is the unit right?"
+            text = f"{{:g}} deg is outside of {low:g} to {high:g} deg; is the unit right?"
             wrong = (angle < low - 1e-9) | (angle > high + 1e-9)
-            yield from first(quantity, wrong, lambda row, a=angle, t=text: f"{a[row]:g} {t}")
+            yield from first(quantity, wrong, _shown(angle, text))
     alt = values["alt"]
-    text = "m is outside of -500 to 30000 m; is the unit right?"
-    yield from first("alt", (alt < -500.0) | (alt > 30_000.0), lambda row: f"{alt[row]:g} {text}")
+    text = "{:g} m is outside of -500 to 30000 m; is the unit right?"
+    yield from first("alt", (alt < -500.0) | (alt > 30_000.0), _shown(alt, text))
     for quantity in COUNTED:
         if quantity in values:
             yield from first(quantity, *_uncounted(quantity, values[quantity]))
     yield from _time_problems(path, table, settings, first)
+
+
+def _shown(values: np.ndarray, text: str) -> Reason:
+    """Return the reason that shows the value of a row in a format text."""
+    return lambda row: text.format(values[row])
 
 
 def _uncounted(quantity: str, value: np.ndarray) -> tuple[np.ndarray, Reason]:
@@ -345,13 +350,13 @@ def _time_problems(path: Path, table: _TrackTable, settings: TrackPattern, first
         if quantity in values:
             along = np.unwrap(values[quantity]) if quantity == "lon" else values[quantity]
             speed = np.abs(np.diff(along, prepend=along[0])) * scale.get(quantity, 1.0) / step
-            text = f"m/s, faster than {FASTEST_MPS:g}; is the unit right?"
-            yield from first(quantity, speed > FASTEST_MPS, lambda row, s=speed, t=text: f"jumps at {s[row]:.0f} {t}")
+            text = f"jumps at {{:.0f}} m/s, faster than {FASTEST_MPS:g}; is the unit right?"
+            yield from first(quantity, speed > FASTEST_MPS, _shown(speed, text))
     for quantity in ("roll", "pitch", "heading"):
         angle = np.unwrap(values[quantity])
         rate = np.degrees(np.abs(np.diff(angle, prepend=angle[0]))) / step
-        text = f"deg/s, faster than {FASTEST_TURN_DPS:g}; is the unit right?"
-        yield from first(quantity, rate > FASTEST_TURN_DPS, lambda row, r=rate, t=text: f"jumps at {r[row]:.0f} {t}")
+        text = f"jumps at {{:.0f}} deg/s, faster than {FASTEST_TURN_DPS:g}; is the unit right?"
+        yield from first(quantity, rate > FASTEST_TURN_DPS, _shown(rate, text))
 
 
 def start_of(track: TrackLog | None, aircraft: Aircraft | None) -> dict[str, float]:

@@ -75,7 +75,7 @@ def electrical_columns(
             rate_hz=rate_hz,
             rng=stream(seed, f"electrical/current/{name}"),
         )
-        out[columns.CURRENT.name(circuit=name)] = rows(f"electrical/current/{name}", reading)
+        out[columns.CURRENT.name(feeder=name)] = rows(f"electrical/current/{name}", reading)
     for name, voltage in truth.voltages_v.items():
         reading = measure(
             voltage,
