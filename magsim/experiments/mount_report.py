@@ -7,6 +7,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
 from magsim.storage import atomic_write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FLIGHTS = {"uav": "papers/001_fom"}
 """The figure-of-merit flight of an aircraft; of every other one it is ``DEFAULT_FLIGHT``."""
@@ -135,9 +139,9 @@ class MountMap:
 
 
 def _place(prediction: Prediction, row: int, name: str, where: str) -> Place:
-    at = tuple(float(x) for x in prediction.positions_m[row])
+    forward, right, down = prediction.positions_m[row].tolist()
     values = (prediction.fom_nt, prediction.std_nt, prediction.fom_left_nt, prediction.std_left_nt)
-    return Place(name, where, at, *(float(value[row]) for value in values))
+    return Place(name, where, (forward, right, down), *(float(value[row]) for value in values))
 
 
 def flight_of(aircraft: Aircraft, name_or_file: str | None) -> Recording:
@@ -205,7 +209,7 @@ def _named(points: np.ndarray) -> dict[str, tuple[float, ...]]:
     return {f"p{number}": tuple(point) for number, point in enumerate(points.tolist())}
 
 
-def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> object:
+def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> "Figure":
     """The picture: two planes through the aircraft, and the aircraft itself, colored by the figure of merit.
 
     Parameters
@@ -237,8 +241,8 @@ def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float
     rows = np.flatnonzero(free(aircraft, body, flat, 0.5 * spacing))
     values = np.full(len(flat), np.nan)
     values[rows] = predict(aircraft, recording, _named(flat[rows])).fom_nt
-    others = tuple(axis for axis in range(3) if axis != normal)
-    return plots.Slice(f"{AXES[normal]} = 0", across, up, values.reshape(points.shape[:2]), others)
+    first, second = (axis for axis in range(3) if axis != normal)
+    return plots.Slice(f"{AXES[normal]} = 0", across, up, values.reshape(points.shape[:2]), (first, second))
 
 
 def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface, off_m: float) -> np.ndarray:
@@ -252,7 +256,7 @@ def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface, off_m:
     return values
 
 
-def write_page(whole: MountMap, figure: object, path: Path, *, count: int = 5, force: bool = False) -> None:
+def write_page(whole: MountMap, figure: "Figure", path: Path, *, count: int = 5, force: bool = False) -> None:
     """One page of HTML with the picture and the table, that needs nothing else.
 
     Raises

@@ -33,7 +33,7 @@ BACKGROUNDS: Mapping[str, Callable[[Situation], np.ndarray]] = {
 
 def parts_on(scenario: Scenario, names: tuple[str, ...] = COMPONENTS) -> tuple[str, ...]:
     """Return the names of the parts that a scenario has switched on, in the order of ``COMPONENTS``."""
-    return tuple(name for name in names if name in BACKGROUNDS | PARTS and scenario.field.is_on(name))
+    return tuple(name for name in names if (name in BACKGROUNDS or name in PARTS) and scenario.field.is_on(name))
 
 
 def compute_field(
@@ -140,11 +140,11 @@ def _bend(
     around = replace(situation, response=response, mounts=response.mounts)
     for name, part in parts.items():
         if name in BACKGROUNDS:
-            field, scale = BACKGROUNDS[name](around)[:, :-1], 1.0
+            changes, scale = flex.moved(BACKGROUNDS[name](around)[:, :-1], bending.shifts_b), 1.0
         else:
-            field, scale = PARTS[name].field(excitation, response, around.rows), _scale(excitation, name)
-        if field is None:
-            continue
+            found = PARTS[name].field(excitation, response, around.rows)
+            assert found is not None  # it is among the parts of this aircraft
+            changes, scale = flex.moved(found, bending.shifts_b), _scale(excitation, name)
         parts[name] = np.array(part)
-        for mount, change in flex.moved(field, bending.shifts_b).items():
+        for mount, change in changes.items():
             parts[name][:, situation.mounts.index(mount)] += scale * change

@@ -1,9 +1,10 @@
 """What the metal of an aircraft does at each of its mounts: a pure function of its magnetic file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Magnetics, Vehicle
@@ -89,7 +90,8 @@ def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full:
 
 def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
     """Loops with their mirror images, and the coil that each of them comes from."""
-    loops, origins = [], []
+    loops: list[Loop] = []
+    origins: list[Coil] = []
     for coil in coils:
         vertices = np.array(coil.vertices_m)
         loops.append(Loop(vertices, coil.wire_radius_m))
@@ -106,9 +108,9 @@ def _coils(magnetics: Magnetics, points: np.ndarray, *, full: bool) -> Arrays:
     matrix = inductance_matrix(loops)
     resistance = np.zeros_like(matrix)
     for i, (loop, coil) in enumerate(zip(loops, origins, strict=True)):
-        if coil.time_constant_s is None:
+        if coil.conductivity_spm is not None and coil.section_m2 is not None:
             resistance[i, i] = loop.length_m / (coil.conductivity_spm * coil.section_m2)
-        else:
+        elif coil.time_constant_s is not None:
             resistance[i, i] = matrix[i, i] / coil.time_constant_s
     flux = np.array([loop.area_vector for loop in loops]).reshape(-1, 3)
     field = np.stack([loop.field(points) for loop in loops], axis=-1) if loops else np.zeros((len(points), 3, 0))
@@ -136,8 +138,11 @@ def skin_model(magnetics: Magnetics) -> SkinModel:
     Raises
     ------
     ValueError
-        If the skin's mesh is not sound, or a mount is too close to the metal.
+        If the aircraft has no skin, the skin's mesh is not sound, or a mount is too close to the metal.
     """
+    if magnetics.skin is None:
+        msg = "the aircraft has no skin"
+        raise ValueError(msg)
     return load_skin(magnetics.skin, np.array([mount.position_m for mount in magnetics.mounts.values()]))
 
 
@@ -146,7 +151,7 @@ EDDY = {"coils": _coils, "skin": _skin}
 
 
 def _solve(
-    aircraft: Vehicle, places: Mapping[str, Sequence[float]], steel: SteelModel, eddy: str, *, full: bool = True
+    aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel, eddy: str, *, full: bool = True
 ) -> Arrays:
     """All numbers that take time, as arrays by name."""
     points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
@@ -164,7 +169,7 @@ def _solve(
     return arrays
 
 
-def _check_places(aircraft: Vehicle, places: Mapping[str, Sequence[float]], steel: SteelModel) -> None:
+def _check_places(aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel) -> None:
     """Refuse places in or at the steel, as its mesh has it."""
     words = {f"{'mount' if name in aircraft.mounts else 'place'} {name!r}": point for name, point in places.items()}
     try:
@@ -208,7 +213,7 @@ def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResp
 
 
 def response_at(
-    aircraft: Vehicle, places: Mapping[str, Sequence[float]], eddy: str | None = None, *, full: bool = True
+    aircraft: Vehicle, places: Mapping[str, ArrayLike], eddy: str | None = None, *, full: bool = True
 ) -> AircraftResponse:
     """Response of an aircraft at any places; its steel and its skin are solved once and kept by content.
 
@@ -248,8 +253,8 @@ def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
     meshes, skin = load_steel(aircraft).obstacles(points), aircraft.magnetics.skin
     shells = [None] * len(points) if skin is None else metal_obstacles(outline(skin), points)
     return [
-        aircraft.magnetics.obstacle(tuple(map(float, p))) or mesh or shell
-        for p, mesh, shell in zip(points, meshes, shells, strict=True)
+        aircraft.magnetics.obstacle((x, y, z)) or mesh or shell
+        for (x, y, z), mesh, shell in zip(points.tolist(), meshes, shells, strict=True)
     ]
 
 

@@ -15,7 +15,9 @@ def hold_weights(exponent: complex) -> tuple[complex, complex]:
     """
     x = exponent
     if abs(x) < SERIES_BELOW:
-        term, both, after = 1.0, 0.0, 0.0
+        term: complex = 1.0
+        both: complex = 0.0
+        after: complex = 0.0
         for k in range(1, SERIES_TERMS):
             term = term / k  # x^(k-1) / k!
             both += term

@@ -95,8 +95,9 @@ class PairPath(PathBase):
     @property
     def wires(self) -> list[tuple[Vector, Vector]]:
         """Straight pieces that carry the current."""
-        back = [tuple(v + o for v, o in zip(vertex, self.offset_m, strict=True)) for vertex in self.vertices_m]
-        return [*_pieces(self.vertices_m), *_pieces(tuple(back))]
+        along = self.offset_m
+        back = tuple((x + along[0], y + along[1], z + along[2]) for x, y, z in self.vertices_m)
+        return [*_pieces(self.vertices_m), *_pieces(back)]
 
     @model_validator(mode="after")
     def _apart(self) -> "PairPath":

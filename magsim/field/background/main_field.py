@@ -90,7 +90,7 @@ def earth_at_start(scenario: Scenario) -> np.ndarray:
     """IGRF-14 at the start point and time, (3,) [nT] north, east, down."""
     start = scenario.start
     place = np.radians([start.lat_deg]), np.radians([start.lon_deg]), np.array([start.alt_m])
-    return np.asarray(igrf(*place, np.array([decimal_year(start.time_utc)])))[0]
+    return igrf(*place, np.array([decimal_year(start.time_utc)]))[0]
 
 
 def earth(situation: Situation) -> np.ndarray:

@@ -36,7 +36,7 @@ def station_field(station: BaseStation, scenario: Scenario, ground: Ground | Non
     lat, lon = geodetic_of(station, scenario.start)
     frame = LocalFrame(lat, lon, ground_height(ground, lat, lon) + station.height_m)
     ends = years_of(scenario, time_s[[0, -1]])
-    main = np.asarray(igrf(lat, lon, frame.alt_m, ends))
+    main = igrf(lat, lon, frame.alt_m, ends)
     share = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
     # The model is linear in time; over the hours of a flight a straight line is exact but for a change of epoch.
     field_n = main[0] + share[:, None] * (main[1] - main[0])

@@ -105,7 +105,7 @@ def source_of(target: Target, scenario: Scenario, ground: Ground | None) -> Sour
     turn = np.eye(3)
     if isinstance(target, DipoleTarget):
         return Source(target.name, frame, np.full(3, NEAREST_M), turn, np.array(target.moment_am2), "dipole")
-    main_n = np.asarray(igrf(lat, lon, alt, decimal_year(scenario.start.time_utc)))
+    main_n = igrf(lat, lon, alt, decimal_year(scenario.start.time_utc))
     strength = main_n / (MU0 * NT_PER_T)
     chi, remanence = target.susceptibility, np.array(target.remanence_apm)
     if isinstance(target, SphereTarget):

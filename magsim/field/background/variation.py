@@ -116,7 +116,8 @@ def draw_packets(random: np.random.Generator, kind: PulsationClass, largest_nt: 
 
     A flight that lasts longer has the same packets and more of them.
     """
-    packets, center = [], -BEFORE_S
+    packets: list[Packet] = []
+    center = -BEFORE_S
     while True:
         center += float(random.exponential(kind.every_s))
         size, span = random.uniform(0.2, 1.0), random.uniform(1.0, 3.0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 import trimesh
@@ -10,6 +11,7 @@ FLAT = 1e-9
 """Volume of a cell over the cube of its longest edge below which it counts as flat."""
 
 
+@final
 @dataclass(frozen=True)
 class Surface:
     """A triangle mesh.
@@ -194,7 +196,11 @@ def ball(subdivisions: int, radii: Sequence[float]) -> Tetrahedra:
     """
     shell = icosphere(subdivisions, 1.0, keep="volume")
     sections = np.stack([shell.vertices * radius for radius in radii])
-    hull = extrude(sections, shell.triangles) if len(radii) > 1 else Tetrahedra(sections[0], np.empty((0, 4), int), [])
+    hull = (
+        extrude(sections, shell.triangles)
+        if len(radii) > 1
+        else Tetrahedra(sections[0], np.empty((0, 4), int), np.empty(0, int))
+    )
     center = len(hull.vertices)
     core = np.column_stack([shell.triangles, np.full(len(shell.triangles), center)])
     layer = np.concatenate([np.zeros(len(core), dtype=int), np.asarray(hull.layer, dtype=int) + 1])

@@ -37,9 +37,7 @@ def read_surface(content: bytes, kind: str) -> Surface:
     logger = logging.getLogger("trimesh")
     silent, logger.disabled = logger.disabled, True
     try:
-        mesh = trimesh.load(
-            io.BytesIO(content), file_type=kind, force="mesh", process=False, resolver=None, skip_materials=True
-        )
+        mesh = trimesh.load_mesh(io.BytesIO(content), file_type=kind, process=False, resolver=None, skip_materials=True)
         vertices, triangles = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=int)
     except Exception as error:  # whatever the reader stumbles over, the file is the reason
         reason = (str(error).splitlines() or [type(error).__name__])[0][:200]

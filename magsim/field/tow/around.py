@@ -5,6 +5,7 @@ nodes and interpolated in direction and inverse distance.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -66,17 +67,26 @@ class Around:
                 values, cubed = _coordinates(self.axes, places[rows, s])
                 scaled = (values - self.middle) / self.half
                 # summed over the sources first: one number for each axis and polynomial
-                basis = chebyshev.chebvander3d(*scaled.T, table.degrees)
+                basis = chebyshev.chebvander3d(scaled[:, 0], scaled[:, 1], scaled[:, 2], table.degrees)
                 strength = np.einsum("nc,mic->nmi", strengths[rows], table.values, optimize=True)
                 out[rows, s] = np.einsum("nm,nmi->ni", basis, strength) * cubed[:, None]
         return out
 
 
+@dataclass(frozen=True)
 class Table:
-    """Coefficients of the polynomials, (m, 3, c), and their degrees."""
+    """Polynomials of gains in the coordinates of ``Around``.
 
-    def __init__(self, degrees: tuple[int, int, int], values: np.ndarray) -> None:
-        self.degrees, self.values = list(degrees), values
+    Attributes
+    ----------
+    degrees : tuple of int
+        In the three coordinates.
+    values : (m, 3, c)
+        Coefficients of the ``m`` products of Chebyshev polynomials.
+    """
+
+    degrees: tuple[int, int, int]
+    values: np.ndarray
 
 
 def _coordinates(axes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, reduce
+from typing import Any
 
 import numpy as np
 
@@ -60,16 +61,16 @@ def _constant(load: model.ConstantLoad, feeder: str, clock: Clock) -> np.ndarray
     return np.full(len(clock.time_s), load.current_a)
 
 
-def _turns(load: object, times: np.ndarray, clock: Clock, **lag: float) -> np.ndarray:
+def _turns(current_a: float, times: np.ndarray, clock: Clock, **lag: float) -> np.ndarray:
     """A load that is on from each even and off from each odd of the given times."""
     levels = np.zeros(len(times) + 1)
-    levels[1::2] = load.current_a
+    levels[1::2] = current_a
     return clock.steps(np.append(clock.start_s - SETTLED_S, times), levels, **lag)
 
 
 def _pulse(load: model.PulseLoad, feeder: str, clock: Clock) -> np.ndarray:
     times = pulses(clock.start_s, clock.stop_s, load.period_s, load.width_s, load.phase_s)
-    return load.idle_a + _turns(load, times, clock, rise_s=load.rise_s)
+    return load.idle_a + _turns(load.current_a, times, clock, rise_s=load.rise_s)
 
 
 def _lag_of(load: model.Inrush) -> dict[str, float]:
@@ -79,7 +80,7 @@ def _lag_of(load: model.Inrush) -> dict[str, float]:
 def _duty(load: model.DutyLoad, feeder: str, clock: Clock) -> np.ndarray:
     rng = stream(clock.seed, f"electronics/{feeder}/duty")
     times = cycles(rng, clock.start_s, clock.stop_s, on_s=load.on_s, off_s=load.off_s, jitter=load.jitter)
-    return _turns(load, times, clock, **_lag_of(load))
+    return _turns(load.current_a, times, clock, **_lag_of(load))
 
 
 def _switch(load: model.SwitchLoad, feeder: str, clock: Clock) -> np.ndarray:
@@ -114,7 +115,7 @@ def _charge(load: model.ChargeLoad, feeder: str, clock: Clock) -> np.ndarray:
     return load.float_a + (load.current_a - load.float_a) * np.exp(-np.maximum(0.0, since) / load.decay_s)
 
 
-MAKERS: Mapping[str, Callable[[object, str, Clock], np.ndarray]] = {
+MAKERS: Mapping[str, Callable[[Any, str, Clock], np.ndarray]] = {
     "constant": _constant,
     "pulse": _pulse,
     "duty": _duty,
@@ -163,8 +164,11 @@ def voltages(buses: tuple[Bus, ...], currents_a: Mapping[str, np.ndarray]) -> di
     """
     out: dict[str, np.ndarray] = {}
     for bus in buses:
-        source = bus.open_circuit_v if bus.fed_by is None else out[bus.fed_by]
-        out[bus.name] = source - bus.resistance_ohm * sum(currents_a[name] for name in bus.feeders)
+        drop_v = bus.resistance_ohm * reduce(np.add, [currents_a[name] for name in bus.feeders])
+        if bus.fed_by is not None:
+            out[bus.name] = out[bus.fed_by] - drop_v
+        elif bus.open_circuit_v is not None:
+            out[bus.name] = bus.open_circuit_v - drop_v
     return out
 
 

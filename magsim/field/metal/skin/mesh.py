@@ -115,7 +115,9 @@ def outline(skin: Skin | DrawnOutline, *, element_m: float | None = None) -> Out
         If a part is open or degenerate, or parts cross each other or themselves: which part, where, what to do.
     """
     element = skin.element_m if element_m is None else element_m
-    meshes = {part.name: (_body if isinstance(part, BodyShell) else _panel)(part, element) for part in skin.parts}
+    meshes = {
+        part.name: _body(part, element) if isinstance(part, BodyShell) else _panel(part, element) for part in skin.parts
+    }
     if isinstance(skin, DrawnOutline):
         return checked(join(meshes), what="outline", apart=False)
     return checked(join(meshes))

@@ -7,7 +7,7 @@ form as that of loops of wire, with one unknown for each node. It holds where th
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 from scipy import sparse
@@ -119,10 +119,8 @@ class ThinShells:
     def inductance(self) -> np.ndarray:
         """``L``, (c, c) [H]; symmetric positive definite."""
         potentials = mutual_potentials(self.panels)
-        total = 0.0
-        for part in self.currents:
-            turned = part.T.tocsr()
-            total = total + (turned @ (turned @ potentials).T)
+        turned = [part.T.tocsr() for part in self.currents]
+        total = reduce(np.add, [part @ (part @ potentials).T for part in turned])
         return 0.5 * MU0 * (total + total.T)
 
     @cached_property

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Vehicle
@@ -18,6 +19,7 @@ from magsim.aircraft.magnetics import (
     Plate,
     Steel,
     Strip,
+    Tube,
 )
 from magsim.arrays import readonly
 from magsim.errors import RequestError
@@ -166,7 +168,7 @@ class SteelModel:
                 )
         return out
 
-    def check(self, places: Mapping[str, Sequence[float]], *, elements: float = KEEP_OFF) -> None:
+    def check(self, places: Mapping[str, ArrayLike], *, elements: float = KEEP_OFF) -> None:
         """Refuse places inside metal or closer to it than its mesh can tell.
 
         Parameters
@@ -188,7 +190,7 @@ class SteelModel:
             raise RequestError("\n".join(lines))
 
 
-def _sheet_surface(part: Steel) -> Surface:
+def _sheet_surface(part: BoxSheet | Plate | Strip | Tube) -> Surface:
     if isinstance(part, BoxSheet):
         return box_surface(part.center_m, part.size_m, part.element_m)
     if isinstance(part, Plate):
@@ -269,8 +271,8 @@ def steel_parts(steel: Sequence[Steel], files: Mapping[str, bytes] | None = None
             file = f" ({part.file})" if isinstance(part, MeshPart) else ""
             msg = f"steel part {part.name!r}{file} {error}"
             raise RequestError(msg) from error
-        for name, mesh in zip(part.names, (made.mesh, mirrored(made.mesh)), strict=False):
-            out[name] = replace(made, mesh=mesh)
+        for name, sided in zip(part.names, (made, _mirrored(made)), strict=False):
+            out[name] = sided
     counts = {name: len(charge_triangles(part)) for name, part in out.items()}
     if sum(counts.values()) > MAX_PANELS:
         most = max(counts, key=lambda name: counts[name])
@@ -280,6 +282,13 @@ def steel_parts(steel: Sequence[Steel], files: Mapping[str, bytes] | None = None
         )
         raise RequestError(msg)
     return out
+
+
+def _mirrored(part: Part) -> Part:
+    """Return a part on the other side of the aircraft."""
+    if isinstance(part, Solid):
+        return replace(part, mesh=mirrored(part.mesh))
+    return replace(part, mesh=mirrored(part.mesh))
 
 
 def _walls(part: Part) -> np.ndarray:
@@ -382,7 +391,7 @@ def _model(aircraft: Vehicle, get: Callable[[dict[str, object], Callable[[], Arr
     if not steel:
         none = np.empty((0, 3, 3))
         return SteelModel((), none, np.empty(0), np.empty((0, 3)), np.empty(0), np.zeros((3, 3)), none, np.empty(0))
-    key = {
+    key: dict[str, object] = {
         "steel": [part.model_dump(mode="json", exclude={"source"}) for part in steel],
         "dipoles": [dipole.model_dump(mode="json", exclude={"source"}) for dipole in dipoles],
         "files": file_digests(aircraft),

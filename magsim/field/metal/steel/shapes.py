@@ -6,10 +6,13 @@ angle whose cosine they are, which restores the second order that equal elements
 
 import itertools
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 
 from magsim.field.geometry.meshes import Surface, Tetrahedra, disc_grid, extrude
+
+Mesh = TypeVar("Mesh", Surface, Tetrahedra)
 
 LIMIT = 65_536
 """Most vertices of a part; the cost grows with the cube of the triangles long before."""
@@ -205,8 +208,8 @@ def loft(
     return extrude(stack, triangles)
 
 
-def mirrored(mesh: Surface | Tetrahedra) -> Surface | Tetrahedra:
-    """The mesh on the other side of the plane y = 0."""
+def mirrored(mesh: Mesh) -> Mesh:
+    """Return the mesh on the other side of the plane y = 0."""
     vertices = mesh.vertices * np.array([1.0, -1.0, 1.0])
     if isinstance(mesh, Surface):
         return Surface(vertices, mesh.triangles[:, ::-1].copy())
