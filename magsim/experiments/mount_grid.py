@@ -23,7 +23,7 @@ WIDEST = 0.25
 """Widest grid, in lengths of the aircraft."""
 
 SHORTEST_M = 0.5
-"""Least length of an aircraft: one that is told by few places may have none."""
+"""Least length of an aircraft: one described by few places may have none."""
 
 REACH, BOOM, SPACING = 0.04, 0.30, 0.04
 """In lengths of the aircraft: how far off it a bracket reaches, how long a boom ahead or behind is, the grid."""
@@ -31,7 +31,7 @@ REACH, BOOM, SPACING = 0.04, 0.30, 0.04
 
 @dataclass(frozen=True)
 class Body:
-    """What an aircraft fills.
+    """The space that an aircraft fills.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Body:
 
     @classmethod
     def of(cls, aircraft: Vehicle, skin: Surface | None) -> "Body":
-        """The body of an aircraft whose skin or outline, if it has one, is given."""
+        """Return the body of an aircraft whose skin or outline, if it has one, is given."""
         mounts = np.array(list(aircraft.mounts.values()))
         if skin is not None:
             return cls(skin.vertices, skin, mounts)
@@ -68,13 +68,13 @@ class Body:
         return max(float(np.ptp(self.points_m[:, 0])), SHORTEST_M)
 
     def inside(self, points: np.ndarray) -> np.ndarray:
-        """Whether points lie within a closed part of the skin, (p,) bool."""
+        """Return whether points lie within a closed part of the skin, (p,) bool."""
         if self.skin is None:
             return np.zeros(len(points), dtype=bool)
         return winding(self.skin.vertices[self.skin.triangles], points) != 0
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """About the distance from points to what the aircraft fills, (p,) [m]."""
+        """Return the approximate distance from points to the aircraft, (p,) [m]."""
         known = [self.points_m]
         if self.skin is not None:
             known.append(self.skin.vertices[self.skin.triangles].mean(axis=1))
@@ -82,13 +82,13 @@ class Body:
 
 
 def free(aircraft: Vehicle, body: Body, points: np.ndarray, spacing_m: float) -> np.ndarray:
-    """Whether a sensor can be at points, a part of a spacing away from the skin, (p,) bool."""
+    """Return whether a sensor can be at points, a part of a spacing away from the skin, (p,) bool."""
     clear = np.array([obstacle is None for obstacle in obstacles(aircraft, points)], dtype=bool)
     return clear & (body.distance(points) > SKIN_PART * spacing_m)
 
 
 def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places on a grid, within reach of the aircraft or on a boom ahead or behind.
+    """Return places on a grid, within reach of the aircraft or on a boom ahead or behind.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _too_many(spacing_m: float, body: Body) -> RequestError:
 
 
 def plane(body: Body, spacing_m: float, normal: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A plane through the aircraft's datum.
+    """Return a plane through the aircraft's datum.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ class Prediction:
     positions_m : (p, 3) [m]
         Body axes.
     fom_nt, fom_left_nt : (p,) [nT]
-        Figure of merit (sum over headings and maneuvers of the peak to peak): as it is, and after Tolles-Lawson with
+        Figure of merit (sum over headings and maneuvers of the peak to peak): before and after Tolles-Lawson with
         18 terms has been fitted to the same rows.
     std_nt, std_left_nt : (p,) [nT]
         Standard deviation, likewise.
@@ -116,7 +116,7 @@ def _scaled(matrix: np.ndarray) -> np.ndarray:
 
 
 def _cells(recording: Recording) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Rows of all maneuvers, (m,) int, and for each heading and maneuver its rows among them."""
+    """Return the rows of all maneuvers, (m,) int, and for each heading and maneuver its rows among them."""
     heading, maneuver = (recording.data.get(name) for name in ("leg_heading_deg", "maneuver"))
     if heading is None or maneuver is None or not np.any(maneuver):
         msg = f"recording {recording.name!r} has no labeled maneuvers; a flight such as patterns/fom has"

@@ -77,7 +77,7 @@ class MountMap:
     spacing_m: float
 
     def best(self, count: int, *, inside: bool) -> list[Place]:
-        """The quietest places of the grid within the skin, or off it, some spacings apart."""
+        """Return the quietest places of the grid within the skin, or off it, some spacings apart."""
         rows = np.flatnonzero(self.inside == inside)
         rows = rows[np.argsort(self.places.fom_nt[rows], kind="stable")]
         chosen: list[int] = []
@@ -91,13 +91,13 @@ class MountMap:
         return [_place(self.places, row, f"{where} {number}", where) for number, row in enumerate(chosen, start=1)]
 
     def table(self, count: int) -> list[Place]:
-        """Mounts of the aircraft's file from quiet to loud, then the best places inside and outside."""
+        """Return the mounts of the aircraft's file from quiet to loud, then the best places inside and outside."""
         order = np.argsort(self.mounts.fom_nt, kind="stable")
         known = [_place(self.mounts, int(row), self.mounts.names[row], "mount") for row in order]
         return [*known, *self.best(count, inside=True), *self.best(count, inside=False)]
 
     def to_text(self, count: int = 5) -> str:
-        """The table for people."""
+        """Return the table as text."""
         head = (
             f"{'place':<22}{'forward':>9}{'right':>9}{'down':>9}{'FOM':>11}{'STD':>11}{'FOM left':>11}{'STD left':>11}"
         )
@@ -127,7 +127,7 @@ class MountMap:
         return fom, left
 
     def to_json(self, count: int = 5) -> str:
-        """The table as JSON: the same bytes for the same flight."""
+        """Return the table as JSON: the same bytes for the same flight."""
         whole = {
             "aircraft": self.aircraft,
             "flight": self.flight,
@@ -145,7 +145,7 @@ def _place(prediction: Prediction, row: int, name: str, where: str) -> Place:
 
 
 def flight_of(aircraft: Aircraft, name_or_file: str | None) -> Recording:
-    """The flight to predict for: a recording, or a scenario that is flown now.
+    """Read the recording of a flight to predict for, or simulate it from a scenario.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
 
 
 def _shells(aircraft: Aircraft) -> Surface | None:
-    """The aircraft's skin or outline, coarse enough to be drawn; None where its file has neither."""
+    """Return the skin or outline, coarse enough to be drawn; None where the aircraft file has neither."""
     shells = aircraft.magnetics.skin or aircraft.magnetics.outline
     try:
         return None if shells is None else outline(shells).surface
@@ -210,7 +210,7 @@ def _named(points: np.ndarray) -> dict[str, tuple[float, ...]]:
 
 
 def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> "Figure":
-    """The picture: two planes through the aircraft, and the aircraft itself, colored by the figure of merit.
+    """Draw two planes through the aircraft, and the aircraft itself, colored by the figure of merit.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface, off_m:
 
 
 def write_page(whole: MountMap, figure: "Figure", path: Path, *, count: int = 5, force: bool = False) -> None:
-    """One page of HTML with the picture and the table, that needs nothing else.
+    """Write one self-contained page of HTML with the picture and the table.
 
     Raises
     ------

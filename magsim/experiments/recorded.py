@@ -72,7 +72,7 @@ def _angle(recording: Recording, name: str) -> np.ndarray:
 
 
 def background(recording: Recording) -> np.ndarray:
-    """IGRF-14 along a recording in body axes, (n, 3) [nT].
+    """Return IGRF-14 along a recording in body axes, (n, 3) [nT].
 
     Raises
     ------

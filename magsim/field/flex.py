@@ -57,7 +57,7 @@ class BendingMode:
 
 
 def specific_force(motion: Trajectory, rot_nb: np.ndarray, step_s: float, place_b: np.ndarray) -> np.ndarray:
-    """What an accelerometer that is fixed at a place of the rigid aircraft would read, body axes.
+    """Return the reading of an accelerometer fixed at a place of the rigid aircraft, body axes.
 
     The rotation of the Earth and of the local frame is left out: below 0.02 m/s^2 at 100 m/s.
 
@@ -83,7 +83,7 @@ def specific_force(motion: Trajectory, rot_nb: np.ndarray, step_s: float, place_
 
 
 def bend(mode: BendingMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
-    """Deflection of one mode under a specific force.
+    """Return the deflection of one mode under a specific force.
 
     ``x'' + 2 d w x' + w^2 x = -p e . (f - f_rest)`` with ``f_rest = (0, 0, -g)``, stepped exactly for a force that is
     straight between samples; it begins at rest where the first force holds it.
@@ -121,7 +121,7 @@ class Bending:
 
     @classmethod
     def of(cls, situation: Situation) -> "Bending":
-        """Bending of all mounts that carry a sensor; of none where ``field.flex`` is off."""
+        """Return the bending of all mounts that carry a sensor; of none where ``field.flex`` is off."""
         settings, step_s = situation.scenario.field.flex, situation.step_s
         shifts, tilts = {}, {}
         for name, place in zip(situation.mounts, situation.positions_m, strict=True):
@@ -139,7 +139,7 @@ class Bending:
 
 
 def places_around(situation: Situation, bending: Bending) -> dict[str, np.ndarray]:
-    """Places on both sides of each mount that bends, along each axis, for the gradient of all that is felt there."""
+    """Return places on both sides of each bending mount along each axis, for the gradient of the field."""
     return {
         f"{name}/{sign:+d}{axis}": situation.magnetics.mounts[name].position_m + sign * REACH_M * np.eye(3)[k]
         for name in bending.shifts_b
@@ -149,7 +149,7 @@ def places_around(situation: Situation, bending: Bending) -> dict[str, np.ndarra
 
 
 def moved(around: np.ndarray, shifts_b: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Change of one part of the field by the bending, to first order.
+    """Return the change of one part of the field by the bending, to first order.
 
     Parameters
     ----------

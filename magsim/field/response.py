@@ -75,12 +75,12 @@ class AircraftResponse:
         return slow_limit(self.modes)
 
     def rows(self, mounts: tuple[str, ...]) -> np.ndarray:
-        """Row numbers of mounts, (m,) int."""
+        """Return the row numbers of mounts, (m,) int."""
         return np.array([self.mounts.index(mount) for mount in mounts], dtype=int)
 
 
 def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full: bool) -> Arrays:
-    """Steel and fixed dipoles, with what those that are not installed ones induce in the steel."""
+    """Return the gains of steel and fixed dipoles; dipoles not marked as installed magnetize the steel too."""
     field = steel.at(points, gradient=full)
     permanent = field.reaction_nt.copy()
     for dipole in magnetics.permanent:
@@ -89,7 +89,7 @@ def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full:
 
 
 def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
-    """Loops with their mirror images, and the coil that each of them comes from."""
+    """Return loops with their mirror images, and the coil that each of them comes from."""
     loops: list[Loop] = []
     origins: list[Coil] = []
     for coil in coils:
@@ -133,7 +133,7 @@ def _eddy_arrays(modes: Modes, error: np.ndarray) -> Arrays:
 
 
 def skin_model(magnetics: Magnetics) -> SkinModel:
-    """The aircraft's skin, fine enough for all its mounts, from the cache where it was made before.
+    """Return the aircraft's skin, fine enough for all its mounts, from the cache where it is known.
 
     Raises
     ------
@@ -153,7 +153,7 @@ EDDY = {"coils": _coils, "skin": _skin}
 def _solve(
     aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel, eddy: str, *, full: bool = True
 ) -> Arrays:
-    """All numbers that take time, as arrays by name."""
+    """Compute the arrays of a response by name."""
     points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
     _check_places(aircraft, places, steel)
     arrays = {"positions_m": points}
@@ -170,7 +170,7 @@ def _solve(
 
 
 def _check_places(aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel) -> None:
-    """Refuse places in or at the steel, as its mesh has it."""
+    """Refuse places in or at the steel by its mesh."""
     words = {f"{'mount' if name in aircraft.mounts else 'place'} {name!r}": point for name, point in places.items()}
     try:
         steel.check(words)
@@ -194,7 +194,7 @@ def eddy_model(aircraft: Vehicle, asked: str | None = None) -> str:
 
 
 def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResponse:
-    """Response of an aircraft at all its mounts, computed anew on one thread, but for its skin: that has its own cache.
+    """Compute the response of an aircraft at all its mounts on one thread; its skin has a cache of its own.
 
     Parameters
     ----------
@@ -215,10 +215,10 @@ def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResp
 def response_at(
     aircraft: Vehicle, places: Mapping[str, ArrayLike], eddy: str | None = None, *, full: bool = True
 ) -> AircraftResponse:
-    """Response of an aircraft at any places; its steel and its skin are solved once and kept by content.
+    """Return the response of an aircraft at any places; steel and skin are solved once and cached.
 
-    The mesh of a skin is fine near the aircraft's own mounts; ``skin_model(...).resolved`` tells of other places
-    whether they are too close to the metal for it.
+    The mesh of a skin is fine near the aircraft's own mounts; ``skin_model(...).resolved`` returns whether it is fine
+    enough for other places.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def response_at(
 
 
 def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
-    """For each place what is in the way of a sensor, with what is allowed; None where nothing is.
+    """Return for each place the obstacle to a sensor, with what is allowed, or None.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
 
 
 def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResponse:
-    """The same as ``compute_response``, kept by content: the first call computes, later ones read.
+    """Return the result of ``compute_response``, from the cache where it is known.
 
     The cache counts the source code of ``magsim.field`` into the key.
     """

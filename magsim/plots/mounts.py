@@ -45,7 +45,7 @@ class MapPicture:
 
 
 def draw(picture: MapPicture) -> Figure:
-    """The picture of a mount map."""
+    """Draw a mount map."""
     has_skin = len(picture.triangles_m) > 0
     figure = Figure(figsize=(14.0 if has_skin else 8.5, 7.6), dpi=110, layout="constrained")
     figure.patch.set_facecolor("white")
@@ -101,7 +101,7 @@ def _slice(axes: Axes, part: Slice, picture: MapPicture, norm: LogNorm) -> QuadM
 
 
 def _edges(side: np.ndarray) -> np.ndarray:
-    """Borders of cells around evenly spaced places."""
+    """Return the borders of cells around evenly spaced places."""
     half = 0.5 * (side[1] - side[0])
     return np.append(side - half, side[-1] + half)
 

@@ -53,7 +53,7 @@ class Modes:
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
     def field(self, place_n: np.ndarray) -> np.ndarray:
-        """The field.
+        """Return the field.
 
         Parameters
         ----------
@@ -68,7 +68,7 @@ class Modes:
         return self._sum(place_n, gradient=False)[:, :3]
 
     def field_and_gradient(self, place_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The field, (n, 3) [nT], and its derivatives ``[j, k] = dB_j / dx_k``, (n, 3, 3) [nT/m]."""
+        """Return the field, (n, 3) [nT], and its derivatives ``[j, k] = dB_j / dx_k``, (n, 3, 3) [nT/m]."""
         table = self._sum(place_n, gradient=True)
         gradient = np.empty((len(table), 3, 3))
         for column, (j, k) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)), start=3):
@@ -100,7 +100,7 @@ class Modes:
         return out
 
     def steepest(self, height_m: np.ndarray, order: int) -> np.ndarray:
-        """Bound of the derivative of some order along any line at some heights, (n,) [nT/m^order]."""
+        """Return a bound of the derivative of some order along any line at some heights, (n,) [nT/m^order]."""
         # The bound falls and is convex, so straight lines between a few heights lie above it.
         grid = np.linspace(np.min(height_m), np.max(height_m), 100)
         size = self.amplitude_nt * self.wavenumber**order
@@ -164,16 +164,16 @@ class CrustField:
     modes: Modes
 
     def field_e(self, position_e: np.ndarray) -> np.ndarray:
-        """The field at Earth-fixed positions, (n, 3) [nT] along Earth-fixed axes."""
+        """Return the field at Earth-fixed positions, (n, 3) [nT] along Earth-fixed axes."""
         return self.frame.to_earth(self.modes.field(self.frame.place(position_e)))
 
     def height(self, position_e: np.ndarray) -> np.ndarray:
-        """Height [m] of Earth-fixed positions above the plane ``h = 0``, (n,)."""
+        """Return the height [m] of Earth-fixed positions above the plane ``h = 0``, (n,)."""
         return -self.frame.place(position_e)[..., 2]
 
 
 def crust_of(scenario: Scenario, ground: Ground | None) -> CrustField:
-    """The crustal field that a scenario asks for.
+    """Return the crustal field of a scenario.
 
     The plane ``h = 0`` touches the height ``field.crust.plane_m`` over the start point; without that key the ground
     there, or the ellipsoid where the scenario has no ground.
@@ -197,7 +197,7 @@ def crust_of(scenario: Scenario, ground: Ground | None) -> CrustField:
 
 
 def crust(situation: Situation) -> np.ndarray:
-    """The crustal field in body axes, (n, s + 1, 3) [nT]: evaluated at each mount's own path.
+    """Return the crustal field in body axes, evaluated along each mount's own path, (n, s + 1, 3) [nT].
 
     Raises
     ------

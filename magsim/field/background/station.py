@@ -13,7 +13,7 @@ from magsim.terrain import Ground
 
 
 def station_field(station: BaseStation, scenario: Scenario, ground: Ground | None, time_s: np.ndarray) -> np.ndarray:
-    """The background at a base station: main field, crust, targets and variation there.
+    """Return the background at a base station: main field, crust, targets and variation.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def station_field(station: BaseStation, scenario: Scenario, ground: Ground | Non
 
 
 def constant_n(station: BaseStation, scenario: Scenario, ground: Ground | None, frame: LocalFrame) -> np.ndarray:
-    """What the ground adds there, (3,) [nT] north, east, down."""
+    """Return the field of crust and targets at the station, (3,) [nT] north, east, down."""
     place_e, field_e = frame.origin_e[None], np.zeros((1, 3))
     where = f"sensors.base: the station {station.name!r}"
     if scenario.field.is_on("crust"):

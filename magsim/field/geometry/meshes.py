@@ -45,7 +45,7 @@ class Tetrahedra:
 
 
 def box_surface(center: Sequence[float], size: Sequence[float], element: float) -> Surface:
-    """Closed box of right triangles whose legs are at most ``element`` [m]."""
+    """Return a closed box of right triangles whose legs are at most ``element`` [m]."""
     counts = [max(1, int(np.ceil(length / element - 1e-9))) for length in size]
     vertices, triangles, start = [], [], 0
     for axis in range(3):
@@ -68,7 +68,7 @@ def box_surface(center: Sequence[float], size: Sequence[float], element: float) 
 
 
 def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> Surface:
-    """Sphere of ``20 * 4**subdivisions`` triangles.
+    """Return a sphere of ``20 * 4**subdivisions`` triangles.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> Surf
 
 
 def extrude(sections: np.ndarray, triangles: np.ndarray) -> Tetrahedra:
-    """Solid between sections of the same triangulation; each prism is cut into three tetrahedra.
+    """Return the solid between sections of the same triangulation; each prism is cut into three tetrahedra.
 
     The corners of a triangle are sorted by number first, so that neighbors cut their common face alike.
 
@@ -112,7 +112,7 @@ def extrude(sections: np.ndarray, triangles: np.ndarray) -> Tetrahedra:
 
 
 def boundary(mesh: Tetrahedra) -> np.ndarray:
-    """Triangles around a solid, outward, (t, 3) int.
+    """Return the triangles around a solid, outward, (t, 3) int.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def boundary(mesh: Tetrahedra) -> np.ndarray:
 
 
 def disc_grid(rings: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Disc in the plane as rings of 6, 12, 18 ... points around a center, scaled to the exact area.
+    """Return a disc as rings of 6, 12, 18 ... points around a center, scaled to the exact area.
 
     Returns
     -------
@@ -171,7 +171,7 @@ def disc_grid(rings: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
 def cylinder(
     center: Sequence[float], axis: Sequence[float], *, radius: float, length: float, rings: int, layers: int
 ) -> Tetrahedra:
-    """Solid cylinder of the exact volume: ``rings`` elements along the radius, ``layers`` along the axis."""
+    """Return a solid cylinder of the exact volume: ``rings`` elements along the radius, ``layers`` along the axis."""
     along = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     helper = np.eye(3)[np.argmin(np.abs(along))]
     first = np.cross(along, helper)
@@ -185,7 +185,7 @@ def cylinder(
 
 
 def ball(subdivisions: int, radii: Sequence[float]) -> Tetrahedra:
-    """Solid sphere of nested icospheres, each scaled to its exact volume, and cells that meet in the center.
+    """Return a solid sphere of nested icospheres of exact volume, with cells that meet in the center.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def ball(subdivisions: int, radii: Sequence[float]) -> Tetrahedra:
 
 
 def shell_solid(subdivisions: int, inner: float, outer: float, layers: int = 1) -> Tetrahedra:
-    """Thick spherical shell; each spherical section is scaled to its exact volume."""
+    """Return a thick spherical shell; each spherical section is scaled to its exact volume."""
     shell = icosphere(subdivisions, 1.0, keep="volume")
     radii = np.linspace(inner, outer, layers + 1)
     return extrude(np.stack([shell.vertices * radius for radius in radii]), shell.triangles)

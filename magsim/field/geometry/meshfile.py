@@ -16,7 +16,7 @@ STRUCTURAL = np.array([-1.0, 1.0, -1.0])
 
 
 def read_surface(content: bytes, kind: str) -> Surface:
-    """Triangles of a file, with equal corners made one.
+    """Read the triangles of a file and merge equal corners.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def read_surface(content: bytes, kind: str) -> Surface:
 
 
 def _joined(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
-    """Corners at the same place made one: an STL file repeats them, and rounds them to single precision."""
+    """Merge corners at the same place: an STL file repeats them, rounded to single precision."""
     used = vertices[np.unique(triangles)]
     step = 1e-6 * float(np.ptp(used, axis=0).max())
     grid = np.rint((vertices - used.min(axis=0)) / step) if step > 0.0 else np.zeros_like(vertices)
@@ -68,6 +68,6 @@ def _joined(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
 
 
 def placed(surface: Surface, *, unit_m: float, structural: bool, position: np.ndarray) -> Surface:
-    """The surface in meters and body axes."""
+    """Return the surface in meters and body axes."""
     turned = surface.vertices * (STRUCTURAL if structural else 1.0)
     return Surface(turned * unit_m + position, surface.triangles)

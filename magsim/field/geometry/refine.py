@@ -1,4 +1,4 @@
-"""Finer triangles where they are needed, by bisection of longest edges; the surface itself stays as it is."""
+"""Finer triangles where they are needed, by bisection of longest edges; the surface itself does not change."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ ROUNDS = 40
 
 
 def distance_to_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distance of each point from each triangle, (p, t) [m].
+    """Return the distance of each point from each triangle, (p, t) [m].
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def distance_to_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray
 
 
 def refine(surface: Surface, too_large: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> tuple[Surface, np.ndarray]:
-    """Bisect triangles until none is too large.
+    """Return the bisect triangles until none is too large.
 
     The longest edge is cut first, and that of the neighbor before it where it is longer still, so that the mesh stays
     conforming and no angle falls below half of the smallest one (M.-C. Rivara, Int. J. Numer. Meth. Eng. 20, 745

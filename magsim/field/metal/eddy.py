@@ -59,12 +59,12 @@ def reduce_to_modes(inductance: np.ndarray, resistance: np.ndarray, flux: np.nda
 
 
 def slow_limit(modes: Modes) -> np.ndarray:
-    """``E`` with ``B = E dB_0/dt`` for slow motion, (s, 3, 3) [s]."""
+    """Return the ``E`` with ``B = E dB_0/dt`` for slow motion, (s, 3, 3) [s]."""
     return -np.einsum("sik,kj->sij", modes.field, modes.drive)
 
 
 def step_rate(tau_s: float, drive_rate: np.ndarray, step_s: float) -> np.ndarray:
-    """One mode stepped exactly where the field's derivative is a straight line between samples (recursion B).
+    """Step one mode exactly for a derivative of the field that is linear between samples.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from magsim.scenario import MemoryPart
 
 
 def play(values: np.ndarray, radius: float, start: np.ndarray) -> np.ndarray:
-    """The play operator: what a pin does that a slot of half width ``radius`` drags along.
+    """Apply the play operator: the motion of a pin dragged by a slot of half width ``radius``.
 
     ``y[n] = min(max(y[n-1], u[n] - r), u[n] + r)`` (A. Visintin, Differential Models of Hysteresis, III.2). Each step
     clips the state to an interval, and clips in a row are one clip. So blocks of the record are gone through side by
@@ -55,7 +55,7 @@ def play(values: np.ndarray, radius: float, start: np.ndarray) -> np.ndarray:
 
 
 def hysteresis(ambient_b: np.ndarray, radii_nt: Sequence[float], weights: Sequence[float], start: str) -> np.ndarray:
-    """Prandtl-Ishlinskii sum of play operators, ``z = sum_j w_j P_rj[B_0]`` in each axis.
+    """Return the Prandtl-Ishlinskii sum of play operators, ``z = sum_j w_j P_rj[B_0]`` in each axis.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def hysteresis(ambient_b: np.ndarray, radii_nt: Sequence[float], weights: Sequen
 def viscosity(
     ambient_b: np.ndarray, times_s: Sequence[float], weights: Sequence[float], step_s: float, start: str
 ) -> np.ndarray:
-    """Slow magnetization, ``z = sum_j v_j z_j`` with ``T_j dz_j/dt = B_0 - z_j``, exact for straight lines.
+    """Return slow magnetization ``z = sum_j v_j z_j``, ``T_j dz_j/dt = B_0 - z_j``, exact for straight lines.
 
     Parameters
     ----------

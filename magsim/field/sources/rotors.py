@@ -37,12 +37,12 @@ class Rotation:
     jerk: np.ndarray
 
     def at_ratio(self, ratio: float) -> "Rotation":
-        """A rotor that turns ``ratio`` times as fast."""
+        """Return the rotation of a rotor that turns ``ratio`` times as fast."""
         return Rotation(ratio * self.phase, ratio * self.speed, ratio * self.rise, ratio * self.jerk)
 
 
 def wander(time_s: np.ndarray, sigma: float, correlation_s: float, rng: np.random.Generator) -> CubicSpline:
-    """Speed that a governor lets wander [rad/s]: a Gauss-Markov process at knots, joined smoothly.
+    """Return a wandering speed [rad/s]: a Gauss-Markov process at knots, joined by a cubic spline.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def wander(time_s: np.ndarray, sigma: float, correlation_s: float, rng: np.rando
 
 
 def rotation_of(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float) -> Rotation:
-    """Angle of a rotor, by exact integration of its speed.
+    """Return the angle of a rotor, by exact integration of its speed.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def rotation_of(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float)
 
 
 def _bessel(x: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Spherical Bessel functions of the first kind, orders 0 to 4, for x >= 0."""
+    """Return the spherical Bessel functions of the first kind, orders 0 to 4, for x >= 0."""
     small = x < UPWARD_FROM
     safe = np.where(small, 1.0, x)
     sin, cos = np.sin(safe), np.cos(safe)
@@ -99,7 +99,7 @@ def _bessel(x: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def mean_tone(motion: Rotation, step_s: float) -> np.ndarray:
-    """Mean of ``exp(i phase)`` over the step around each sample, (n,) complex.
+    """Return the mean of ``exp(i phase)`` over the step around each sample, (n,) complex.
 
     Within a step the phase is ``p + w t + a t^2 / 2 + j t^3 / 6``. The part linear in time is integrated in closed
     form, the rest as a series whose first neglected terms are ``a^3`` and ``a j``: the moments of ``exp(i x s)`` over
@@ -148,19 +148,19 @@ class ShaftDipole:
     polarizability: np.ndarray
 
     def kernel(self, points: np.ndarray) -> np.ndarray:
-        """Field of unit moments along x, y, z at points (s, 3), as (s, 3, 3) [nT / (A m^2)]."""
+        """Return the field of unit moments along x, y, z at points (s, 3), as (s, 3, 3) [nT / (A m^2)]."""
         ray = np.asarray(points, dtype=float) - self.position
         dist = np.sqrt(np.einsum("si,si->s", ray, ray))[:, None, None]
         return SCALE * (3.0 * np.einsum("si,sj->sij", ray, ray) / dist**5 - np.eye(3) / dist**3)
 
     def moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Moments that stay, go with the cosine and with the sine of the phase, (3,) each [A m^2]."""
+        """Return the moments that are constant and that go with cosine and sine of the phase, (3,) each [A m^2]."""
         along = self.axis * np.dot(self.axis, self.moment)
         across = self.moment - along
         return along, across, np.cross(self.axis, across)
 
     def polarizabilities(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Tensors that stay, go with the cosine and with the sine of twice the phase, (3, 3) each [m^3]."""
+        """Return the tensors that are constant and that go with cosine and sine of twice the phase, (3, 3) [m^3]."""
         side = np.cross(self.axis, self.blade)
         blade, across, along = self.polarizability
         axial, radial = np.outer(self.axis, self.axis), np.outer(self.blade, self.blade)

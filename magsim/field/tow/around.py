@@ -30,7 +30,7 @@ class Around:
 
     @classmethod
     def of(cls, places: np.ndarray) -> "Around":
-        """Coordinates for places (n, s, 3) [m]."""
+        """Return the coordinates for places (n, s, 3) [m]."""
         flat = places.reshape(-1, 3)
         ahead = flat.mean(axis=0)
         ahead = ahead / np.linalg.norm(ahead)
@@ -44,7 +44,7 @@ class Around:
         return cls(axes, low - room, high + room)
 
     def fitted(self, respond: Callable[[np.ndarray], np.ndarray], degrees: tuple[int, int, int]) -> "Table":
-        """Polynomials through nodes: ``respond`` makes (p, 3, c) of places (p, 3)."""
+        """Fit polynomials at nodes; ``respond`` returns gains (p, 3, c) at places (p, 3)."""
         knots = [np.cos(np.pi * (np.arange(d + 1) + 0.5) / (d + 1)) for d in degrees]
         scaled = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1).reshape(-1, 3)
         u, v, w = (self.middle + self.half * scaled).T
@@ -59,7 +59,7 @@ class Around:
         return Table(degrees, table.reshape(-1, *values.shape[1:]))
 
     def at(self, places: np.ndarray, table: "Table", strengths: np.ndarray) -> np.ndarray:
-        """Field at places (n, s, 3) of sources of given strengths (n, c), (n, s, 3)."""
+        """Return the field at places (n, s, 3) of sources of given strengths (n, c), (n, s, 3)."""
         out = np.empty_like(places)
         for first in range(0, len(places), CHUNK):
             rows = slice(first, first + CHUNK)
@@ -90,7 +90,7 @@ class Table:
 
 
 def _coordinates(axes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates of places (n, 3), and the inverse cube of the distance from the datum."""
+    """Return the coordinates of places (n, 3), and the inverse cube of the distance from the datum."""
     first, second, ahead = (np.einsum("ni,i->n", places, axis) for axis in axes)
     inverse = 1.0 / np.sqrt(np.einsum("ni,ni->n", places, places))
     return np.column_stack([first / ahead, second / ahead, inverse]), inverse**3

@@ -19,7 +19,7 @@ SMOOTH_HZ = 2.0
 
 
 def steady_background(below: Situation, mount: str) -> np.ndarray:
-    """Length of the background where a mount would be without swing, (n,) [nT].
+    """Return the length of the background where a mount would be without swing, (n,) [nT].
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def steady_background(below: Situation, mount: str) -> np.ndarray:
 
 
 def smoothed(path: Trajectory, places_e: np.ndarray) -> Trajectory:
-    """A body's path with the places of a smooth one: what is slower than 0.03 Hz.
+    """Return a body's path with its places smoothed to motion slower than 0.03 Hz.
 
     Of all rows of places the one with the least sum of squared distances and ``l`` times that of squared third
     differences (Whittaker; Eilers, Analytical Chemistry 75 (2003) 3631), with ``l`` such that half of a motion of that
@@ -66,7 +66,7 @@ def smoothed(path: Trajectory, places_e: np.ndarray) -> Trajectory:
 
 
 def whittaker(values: np.ndarray, weight: float) -> np.ndarray:
-    """Rows (n, c) smoothed by a weight on their squared third differences."""
+    """Smooth rows (n, c) by a weight on their squared third differences."""
     count = len(values)
     third = np.zeros((count - 3, 4)) + np.array([-1.0, 3.0, -3.0, 1.0])
     band = np.zeros((4, count))

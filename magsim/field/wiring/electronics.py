@@ -53,7 +53,7 @@ class Clock:
         return float(self.time_s[-1] + self.step_s)
 
     def steps(self, times_s: np.ndarray, levels_a: np.ndarray, **lag: float) -> np.ndarray:
-        """Mean over each step of a level that was the first one long before the flight, (n,) [A]."""
+        """Return the mean over each step of a level, (n,) [A], settled on its first value before the flight."""
         return Steps(times_s, levels_a, **lag).mean(self.time_s, self.step_s)
 
 
@@ -62,7 +62,7 @@ def _constant(load: model.ConstantLoad, feeder: str, clock: Clock) -> np.ndarray
 
 
 def _turns(current_a: float, times: np.ndarray, clock: Clock, **lag: float) -> np.ndarray:
-    """A load that is on from each even and off from each odd of the given times."""
+    """Return the current of a load that is on from each even and off from each odd of the given times, (n,) [A]."""
     levels = np.zeros(len(times) + 1)
     levels[1::2] = current_a
     return clock.steps(np.append(clock.start_s - SETTLED_S, times), levels, **lag)
@@ -128,7 +128,7 @@ MAKERS: Mapping[str, Callable[[Any, str, Clock], np.ndarray]] = {
 
 
 def currents(feeders: tuple[Feeder, ...], clock: Clock, off: frozenset[str] = frozenset()) -> dict[str, np.ndarray]:
-    """Current of each feeder: its mean over the step around each time, (n,) [A].
+    """Return the current of each feeder: its mean over the step around each time, (n,) [A].
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def currents(feeders: tuple[Feeder, ...], clock: Clock, off: frozenset[str] = fr
 
 
 def voltages(buses: tuple[Bus, ...], currents_a: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Voltage of each bus, (n,) [V]: that of its source less resistance times current.
+    """Return the voltage of each bus, (n,) [V]: that of its source less resistance times current.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class Outline:
     part: np.ndarray
 
     def of(self, name: str) -> Surface:
-        """One part alone, with vertices numbered anew."""
+        """Return one part alone, its vertices renumbered."""
         triangles = self.surface.triangles[self.part == self.names.index(name)]
         used, number = np.unique(triangles, return_inverse=True)
         return Surface(self.surface.vertices[used], number.reshape(triangles.shape))
@@ -85,7 +85,7 @@ def _distances(rings: list[np.ndarray]) -> list[float]:
 
 
 def join(meshes: dict[str, Surface]) -> Outline:
-    """Meshes of several parts as one, without any check."""
+    """Join the meshes of several parts, without any check."""
     triangles, start = [], 0
     for mesh in meshes.values():
         triangles.append(mesh.triangles + start)
@@ -96,7 +96,7 @@ def join(meshes: dict[str, Surface]) -> Outline:
 
 
 def outline(skin: Skin | DrawnOutline, *, element_m: float | None = None) -> Outline:
-    """The shells of an aircraft's skin as one mesh, or those that are drawn of an aircraft without one.
+    """Mesh the shells of an aircraft's skin, or of the outline of an aircraft without one.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def outline(skin: Skin | DrawnOutline, *, element_m: float | None = None) -> Out
 
 
 def checked(whole: Outline, *, what: str = "skin", apart: bool = True) -> Outline:
-    """The same outline, if its parts are closed and sound, and apart where they shall be.
+    """Check that the parts of an outline are closed and sound, and apart where they have to be.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def checked(whole: Outline, *, what: str = "skin", apart: bool = True) -> Outlin
 
 
 def metal_obstacles(whole: Outline, points: np.ndarray) -> list[str | None]:
-    """For each place (p, 3) [m] the skin that is in the way of a sensor, with what is allowed; None where none is."""
+    """Return for each place (p, 3) [m] the skin too close to it, with what is allowed, or None."""
     near = distance_to_triangles(np.asarray(points, dtype=float), whole.surface.vertices[whole.surface.triangles])
     return [
         f"{row.min():.3g} m from skin part {whole.names[whole.part[np.argmin(row)]]!r}; "
@@ -162,7 +162,7 @@ def metal_obstacles(whole: Outline, points: np.ndarray) -> list[str | None]:
 
 
 def graded(whole: Outline, element: float, points: np.ndarray) -> Outline:
-    """The same outline with finer triangles where currents or their field change over a short way.
+    """Refine an outline where currents or their field change over a short distance.
 
     Where parts come close to each other, opposite currents flow face to face: edges there are no longer than
     ``PART_RATIO`` times the gap, or than half an ``element`` where the gap is smaller still. Near a point, they are

@@ -135,7 +135,7 @@ class ThinShells:
         return np.column_stack(turns)
 
     def field(self, points: np.ndarray) -> np.ndarray:
-        """``S``: flux density of each unknown, (p, 3, c) [T/A]."""
+        """Return ``S``, the flux density of each unknown, (p, 3, c) [T/A]."""
         eye = sparse.eye_array(self.spread.shape[1]).toarray()
         return stream_field(self.surface, self.spread @ eye, points)
 
@@ -145,7 +145,7 @@ def _graph(tail: np.ndarray, head: np.ndarray, count: int) -> sparse.csr_array:
 
 
 def rim_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges that belong to one triangle alone: their tails and heads, (e,) int each.
+    """Return the edges of one triangle alone: their tails and heads, (e,) int each.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def rim_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def stream_currents(surface: Surface, streams: np.ndarray) -> np.ndarray:
-    """Current per width in each triangle for stream functions (n, k) [A] on the nodes, (t, 3, k) [A/m]."""
+    """Return the current per width in each triangle for stream functions (n, k) [A] on the nodes, (t, 3, k) [A/m]."""
     panels = Panels(surface.vertices[surface.triangles])
     opposite = np.roll(panels.corners, -2, axis=1) - np.roll(panels.corners, -1, axis=1)
     # grad w_i x n = (n x e_i) x n / (2 A) = e_i / (2 A) for an edge in the plane.
@@ -177,7 +177,7 @@ def stream_currents(surface: Surface, streams: np.ndarray) -> np.ndarray:
 
 
 def stream_field(surface: Surface, streams: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Flux density of stream functions, by the law of Biot and Savart over flat triangles.
+    """Return the flux density of stream functions, by the law of Biot and Savart over flat triangles.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ class StreamModes:
 
 
 def driven_modes(shells: ThinShells, orders: int) -> StreamModes:
-    """Modes in the space of the currents that a changing uniform field drives.
+    """Return the modes in the space of the currents that a changing uniform field drives.
 
     The space is spanned by ``R^-1 F``, ``(R^-1 L) R^-1 F`` and so on: the currents of a field that climbs evenly, the
     first correction for their lag, and so on (A. Odabasioglu et al., IEEE Trans. CAD 17, 645 (1998)). For slow motion
@@ -263,7 +263,7 @@ def driven_modes(shells: ThinShells, orders: int) -> StreamModes:
 
 
 def phasor_streams(shells: ThinShells, frequency_hz: float, *, tolerance: float = 1e-10) -> np.ndarray:
-    """Stream functions in a field that swings, without any reduction, (n, 3) complex [A/T].
+    """Return the stream functions in a field that swings, without any reduction, (n, 3) complex [A/T].
 
     ``(R + i w L) psi = -i w F`` by iteration on the lag, which converges where ``w tau < 1``.
 
@@ -288,7 +288,7 @@ def phasor_streams(shells: ThinShells, frequency_hz: float, *, tolerance: float 
 
 
 def time_constants(shells: ThinShells, count: int) -> np.ndarray:
-    """The longest time constants, (count,) [s], of ``L u = tau R u``."""
+    """Return the longest time constants, (count,) [s], of ``L u = tau R u``."""
     resistance, inductance = shells.resistance, shells.inductance
     shape = resistance.shape
     inverse = LinearOperator(shape, matvec=splu(resistance).solve, dtype=float)

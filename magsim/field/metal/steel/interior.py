@@ -20,7 +20,7 @@ from magsim.field.geometry.panels import NEAR, RULE_3, RULE_7, RULE_28, TOUCHING
 
 
 def interior_stiffness(surface: Surface, single: np.ndarray) -> np.ndarray:
-    """Stiffness of a body of unit susceptibility on the nodes of its surface.
+    """Return the stiffness of a body of unit susceptibility on the nodes of its surface.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def interior_stiffness(surface: Surface, single: np.ndarray) -> np.ndarray:
 
 
 def _flux(panels: Panels, surface: Surface) -> np.ndarray:
-    """``M/2 + K``, (t, n) [m^2]: far pairs by 3 x 3 points, near ones as in ``mutual_potentials``."""
+    """Return ``M/2 + K``, (t, n) [m^2]: far pairs by 3 x 3 points, near ones as in ``mutual_potentials``."""
     hats = _far(panels)
     longest = panels.lengths.max(axis=1)
     delta = cdist(panels.centroids, panels.centroids) / np.maximum.outer(longest, longest)
@@ -73,7 +73,7 @@ def _flux(panels: Panels, surface: Surface) -> np.ndarray:
 
 
 def _far(panels: Panels) -> np.ndarray:
-    """Double layers of the hat functions by 3 x 3 points, (t, t, 3) [m^2], times 4 pi; near pairs mean nothing."""
+    """Return 4 pi double layers of the hat functions by 3 x 3 points, (t, t, 3) [m^2]; near pairs are wrong."""
     points, count = panels.points(RULE_3[0]), len(panels)
     heights = np.einsum("tx,tx->t", panels.normals, panels.corners[:, 0])
     out = np.zeros((count, count, 3))

@@ -115,7 +115,7 @@ class SteelModel:
                 object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
 
     def at(self, points: np.ndarray, *, gradient: bool = True) -> SteelField:
-        """What the steel adds at places in the air.
+        """Return the field of the steel at places in the air.
 
         Parameters
         ----------
@@ -134,7 +134,7 @@ class SteelModel:
         return SteelField(field[..., :3], slope[..., :3, :], field[..., 3], slope[..., 3, :])
 
     def obstacles(self, points: np.ndarray, *, elements: float = KEEP_OFF) -> list[str | None]:
-        """For each place what steel is in the way, with what is allowed; None where there is none.
+        """Return for each place the steel too close to it, with what is allowed, or None.
 
         Parameters
         ----------
@@ -169,7 +169,7 @@ class SteelModel:
         return out
 
     def check(self, places: Mapping[str, ArrayLike], *, elements: float = KEEP_OFF) -> None:
-        """Refuse places inside metal or closer to it than its mesh can tell.
+        """Refuse places inside metal or closer to it than its mesh resolves.
 
         Parameters
         ----------
@@ -226,7 +226,7 @@ def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> Surface:
 
 
 def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
-    """A part as the solver wants it. Its line may have led it through itself.
+    """Return a part for the solver; refuse one that crosses itself.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
 
 
 def steel_parts(steel: Sequence[Steel], files: Mapping[str, bytes] | None = None) -> dict[str, Part]:
-    """All parts of an aircraft with their mirror images, by name.
+    """Return all parts of an aircraft with their mirror images, by name.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def _mirrored(part: Part) -> Part:
 
 
 def _walls(part: Part) -> np.ndarray:
-    """Triangles around a solid part, outward, (w, 3, 3) [m]; none of a sheet."""
+    """Return the triangles around a solid part, outward, (w, 3, 3) [m]; none of a sheet."""
     if isinstance(part, Sheet):
         return np.empty((0, 3, 3))
     return part.mesh.vertices[boundary(part.mesh) if isinstance(part, Solid) else part.mesh.triangles]
@@ -327,7 +327,7 @@ def check_apart(parts: Mapping[str, Part]) -> None:
 
 
 def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mapping[str, bytes]) -> Arrays:
-    """Arrays of a ``SteelModel`` by name."""
+    """Return the arrays of a ``SteelModel`` by name."""
     parts = steel_parts(steel, files)
     check_apart(parts)
     # LU and Cholesky give other last bits on another number of threads.
@@ -360,12 +360,12 @@ def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mappin
 
 
 def file_digests(aircraft: Vehicle) -> dict[str, str]:
-    """SHA-256 of the files of triangles of an aircraft, by name."""
+    """Return SHA-256 of the files of triangles of an aircraft, by name."""
     return {name: hashlib.sha256(content).hexdigest() for name, content in aircraft.files.items()}
 
 
 def compute_steel(aircraft: Vehicle) -> SteelModel:
-    """The magnetized steel of an aircraft, computed anew on one thread.
+    """Compute the magnetized steel of an aircraft on one thread.
 
     Parameters
     ----------
@@ -381,7 +381,7 @@ def compute_steel(aircraft: Vehicle) -> SteelModel:
 
 
 def load_steel(aircraft: Vehicle) -> SteelModel:
-    """The same as ``compute_steel``, kept by content: the first call computes, later ones read."""
+    """Return the result of ``compute_steel``, from the cache where it is known."""
     return _model(aircraft, lambda key, make: cached("steel", key, make))
 
 

@@ -19,7 +19,7 @@ LIMIT = 65_536
 
 
 def graded(length: float, element: float) -> np.ndarray:
-    """Places from 0 to ``length``, close at both ends and nowhere further apart than ``element``."""
+    """Return places from 0 to ``length``, close at both ends and nowhere farther apart than ``element``."""
     count = max(2, int(np.ceil(0.5 * np.pi * length / element - 1e-9)))
     _check_count(count)
     return 0.5 * length * (1.0 - np.cos(np.pi * np.arange(count + 1) / count))
@@ -32,7 +32,7 @@ def _check_count(count: float) -> None:
 
 
 def grid_triangles(rows: int, columns: int, *, closed: bool = False) -> np.ndarray:
-    """Triangles of a grid of ``rows x columns`` points; ``closed``: the last column meets the first."""
+    """Return the triangles of a grid of ``rows x columns`` points; ``closed``: the last column meets the first."""
     number = np.arange(rows * columns).reshape(rows, columns)
     if closed:
         number = np.column_stack([number, number[:, 0]])
@@ -44,7 +44,7 @@ def grid_triangles(rows: int, columns: int, *, closed: bool = False) -> np.ndarr
 def plate(
     center: Sequence[float], normal: Sequence[float], along: Sequence[float], size: Sequence[float], element: float
 ) -> Surface:
-    """Flat rectangle.
+    """Return a flat rectangle.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def plate(
 
 
 def _stations(points: np.ndarray, element: float, *, fine_ends: bool) -> list[np.ndarray]:
-    """For each piece of a polyline the shares at which it has a section, from 0 to 1; both ends are in."""
+    """Return for each piece of a polyline the shares at which it has a section, from 0 to 1, both included."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     stops = np.concatenate([[0.0], np.cumsum(lengths)])
     total, out = stops[-1], []
@@ -83,20 +83,20 @@ def _stations(points: np.ndarray, element: float, *, fine_ends: bool) -> list[np
 
 
 def directions(points: np.ndarray) -> np.ndarray:
-    """Unit vectors along the pieces of a polyline, (k, 3)."""
+    """Return the unit vectors along the pieces of a polyline, (k, 3)."""
     steps = np.diff(points, axis=0)
     return steps / np.linalg.norm(steps, axis=1, keepdims=True)
 
 
 def _turn(start: np.ndarray, stop: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) turned by the smallest rotation that takes one unit vector to another."""
+    """Turn vectors (..., 3) by the smallest rotation from one unit vector to another."""
     axis, cos = np.cross(start, stop), float(start @ stop)
     along = np.einsum("...x,x->...", vectors, axis)[..., None]
     return cos * vectors + np.cross(axis, vectors) + along * axis / (1.0 + cos)
 
 
 def sweep(profile: np.ndarray, points: np.ndarray, facing: np.ndarray, element: float) -> np.ndarray:
-    """A profile carried along a polyline, mitered at its corners.
+    """Sweep a profile along a polyline, mitered at its corners.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def sweep(profile: np.ndarray, points: np.ndarray, facing: np.ndarray, element: 
 
 
 def strip(points: np.ndarray, facing: np.ndarray, width: float, element: float) -> Surface:
-    """Flat strip along a polyline, its face toward ``facing``; at least four elements wide."""
+    """Return a flat strip along a polyline, its face toward ``facing``, at least four elements wide."""
     sides = graded(width, min(element, 0.4 * width)) - 0.5 * width
     profile = np.column_stack([sides, np.zeros_like(sides)])
     sections = sweep(profile, points, facing, element)
@@ -142,7 +142,7 @@ def strip(points: np.ndarray, facing: np.ndarray, width: float, element: float) 
 
 
 def tube(points: np.ndarray, radius: float, sides: int, element: float, *, closed: bool) -> Surface:
-    """Round tube along a polyline as a prism of the same circumference; ``closed``: with a disc at both ends."""
+    """Return a round tube along a polyline as a prism of the same circumference; ``closed``: with end discs."""
     angle = 2.0 * np.pi * np.arange(sides) / sides
     corner = radius * np.pi / (sides * np.sin(np.pi / sides))
     profile = corner * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -163,7 +163,7 @@ def tube(points: np.ndarray, radius: float, sides: int, element: float, *, close
 
 
 def rectangle_grid(across: int, up: int) -> tuple[np.ndarray, np.ndarray]:
-    """Square from -1/2 to 1/2 in both directions: points (n, 2), triangles (t, 3)."""
+    """Return a square from -1/2 to 1/2 in both directions: points (n, 2), triangles (t, 3)."""
     u, v = np.linspace(-0.5, 0.5, across + 1), np.linspace(-0.5, 0.5, up + 1)
     points = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
     return points, grid_triangles(across + 1, up + 1)
@@ -172,7 +172,7 @@ def rectangle_grid(across: int, up: int) -> tuple[np.ndarray, np.ndarray]:
 def loft(
     centers: np.ndarray, sizes: np.ndarray, across: np.ndarray, element: float, *, round_section: bool = False
 ) -> Tetrahedra:
-    """Solid through rectangles or ellipses: a bar of two sections, a bent and tapered leg of more.
+    """Return the solid through rectangles or ellipses: a bar of two sections, a bent and tapered leg of more.
 
     Parameters
     ----------
