@@ -1,4 +1,4 @@
-"""The command line as users meet it: output, exit codes, messages."""
+"""The command line: output, exit codes, messages."""
 
 import json
 import os
@@ -14,7 +14,7 @@ import pytest
 
 import magsim
 from magsim import cli
-from magsim.cli.interrupts import held
+from magsim.cli.interrupts import delayed
 from magsim.recording import Recording, file
 
 MAGSIM = [sys.executable, "-m", "magsim"]
@@ -27,8 +27,8 @@ def magsim_run(*args: str, cwd: Path, **environment: str) -> subprocess.Complete
 
 
 @pytest.fixture(autouse=True)
-def heard():
-    """Interrupts are heard, here and in children, where the tests themselves run in the background and ignore them."""
+def interrupts_arrive():
+    """Let interrupts arrive, here and in children: tests that run in the background ignore them."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -89,7 +89,7 @@ def test_schema_is_json(here, capsys):
     assert "aircraft" in schema["properties"]
 
 
-def test_info_tells_what_a_recording_holds(here, capsys):
+def test_info_shows_the_contents_of_a_recording(here, capsys):
     small().write("small.h5")
     assert cli.main(["info", "small.h5"]) == 0
     out = capsys.readouterr().out
@@ -99,7 +99,7 @@ def test_info_tells_what_a_recording_holds(here, capsys):
     assert "1        1    train  pitch  -        6         -       5          5.02" in out
 
 
-def test_info_tells_how_a_drape_was_flown(here, capsys):
+def test_info_shows_how_a_drape_was_flown(here, capsys):
     recording = small()
     notes = {"drape_worst_error_m": 1.25, "drape_lowest_above_ground_m": "\x1b[31m"}
     Recording(recording.name, recording.time_s, recording.data, {"notes": notes}).write("drape.h5")
@@ -120,18 +120,18 @@ def test_info_lists_several_flights(here, capsys):
     assert "Columns" not in out
 
 
-def test_info_tells_one_flight_of_a_shard_in_full(here, capsys):
+def test_info_shows_one_flight_of_a_shard_in_full(here, capsys):
     file.write(Path("two.h5"), [small("first"), small("second")])
     assert cli.main(["info", "two.h5", "--flight", "second"]) == 0
     text = capsys.readouterr().out
     assert "second" in text
     assert "first" not in text
-    assert "Where it comes from" in text
+    assert "Provenance" in text
     assert cli.main(["info", "two.h5", "--flight", "third"]) == 2
     assert "there is no flight 'third'" in capsys.readouterr().err
 
 
-def test_verify_says_whether_a_file_is_sound(here, capsys):
+def test_verify_reports_whether_a_file_is_sound(here, capsys):
     file.write(Path("two.h5"), [small("first"), small("second")])
     assert cli.main(["verify", "two.h5"]) == 0
     size = Path("two.h5").stat().st_size
@@ -254,7 +254,7 @@ def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
         assert word.encode() not in data
 
 
-def test_an_interrupt_is_held_back_not_lost():
+def test_an_interrupt_is_delayed_not_lost():
     seen = []
 
     def load() -> None:
@@ -265,7 +265,7 @@ def test_an_interrupt_is_held_back_not_lost():
         except BaseException:
             seen.append("was lost")
 
-    with pytest.raises(KeyboardInterrupt), held():
+    with pytest.raises(KeyboardInterrupt), delayed():
         load()
     assert seen == ["went on"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
