@@ -31,7 +31,7 @@ from magsim.flight.pilot.monitor import Watch
 from magsim.flight.pilot.pilot import Pilot, first_row_s, on_clock, planned_sweeps
 from magsim.flight.pilot.response import UNITY, LoopResponse
 from magsim.flight.tow.motion import Swing
-from magsim.scenario import PatternBase, Scenario, parts_of
+from magsim.scenario import LegPattern, Scenario, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -96,7 +96,7 @@ def fly_modeled(
     return flight, coupled.flown(begun, ended, zero, log_hz)
 
 
-def _calibrated(facts: Facts, setup: Setup, path: Sequence[Element], parts: Sequence[PatternBase]) -> LoopResponse:
+def _calibrated(facts: Facts, setup: Setup, path: Sequence[Element], parts: Sequence[LegPattern]) -> LoopResponse:
     """What the loops make of the swings of a part of the path, at its height."""
     sweeps = planned_sweeps(path, parts, setup)
     if not sweeps:

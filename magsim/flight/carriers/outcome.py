@@ -10,7 +10,7 @@ from magsim.flight.path.elements import Element
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.guidance import Crossing
 from magsim.flight.pilot.trains import Sweep
-from magsim.scenario import PatternBase, Scenario, Square, parts_of
+from magsim.scenario import LegPattern, Scenario, Square, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
 
@@ -25,7 +25,7 @@ def drape_notes(
     carrier: Trajectory,
     *,
     ground: Ground | None,
-    parts: Sequence[PatternBase],
+    parts: Sequence[LegPattern],
 ) -> dict[str, object]:
     """How well the planned heights were flown on the legs, and what was left above the ground on draped lines.
 
@@ -39,7 +39,7 @@ def drape_notes(
     carrier : Trajectory
     ground : Ground, optional
 
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
 
     Raises
     ------
@@ -72,7 +72,7 @@ def drape_notes(
 
 
 def _leg_rows(
-    segments: Sequence[Segment], parts: Sequence[PatternBase], carrier: Trajectory
+    segments: Sequence[Segment], parts: Sequence[LegPattern], carrier: Trajectory
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the log on legs, and those on draped lines."""
     draped = [part.height_m(0.0) is None for part in parts for _ in range(part.circuits)]
@@ -177,7 +177,7 @@ def _closure(carrier: Trajectory, plane: LocalPlane, segments: Sequence[Segment]
 
 
 def _pass(
-    carrier: Trajectory, plane: LocalPlane, segment: Segment, part: PatternBase, alt_m: float
+    carrier: Trajectory, plane: LocalPlane, segment: Segment, part: LegPattern, alt_m: float
 ) -> dict[str, float | int]:
     """When and how closely a leg passed the center of its pattern."""
     rows = np.flatnonzero((carrier.time_s >= segment.start_s) & (carrier.time_s <= segment.stop_s))

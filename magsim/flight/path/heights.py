@@ -18,7 +18,7 @@ import numpy as np
 from magsim.errors import RequestError
 from magsim.flight.path.elements import Element
 from magsim.flight.path.plane import LocalPlane
-from magsim.scenario import PatternBase
+from magsim.scenario import LegPattern
 from magsim.terrain import Ground, TangentPlane
 from magsim.units import G0
 
@@ -129,7 +129,7 @@ def plan_heights(target_m: np.ndarray, slope: float, speed_mps: float, step_m: f
 
 def plan_path(
     path: Sequence[Element],
-    parts: Sequence[PatternBase],
+    parts: Sequence[LegPattern],
     plane: LocalPlane,
     ground: Ground | None,
     *,
@@ -145,7 +145,7 @@ def plan_path(
     Parameters
     ----------
     path : sequence of Element
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
         The patterns of the flight, in order.
     plane : LocalPlane
         In which the path lies.

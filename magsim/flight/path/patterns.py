@@ -21,7 +21,7 @@ from magsim.flight.path.elements import (
 from magsim.scenario import (
     Cloverleaf,
     HeadingCross,
-    PatternBase,
+    LegPattern,
     PatternSequence,
     Square,
     SurveyPattern,
@@ -71,13 +71,13 @@ def _compass(degrees: float) -> float:
 
 
 def path_of(
-    pattern: PatternBase | PatternSequence, heading_deg: float, ground_speed_mps: float, ease_s: float
+    pattern: LegPattern | PatternSequence, heading_deg: float, ground_speed_mps: float, ease_s: float
 ) -> tuple[Element, ...]:
     """Elements of a pattern, or of a sequence of them, around the plane's origin.
 
     Parameters
     ----------
-    pattern : PatternBase or PatternSequence
+    pattern : LegPattern or PatternSequence
     heading_deg : float
         Course of the first leg, clockwise from north, of a pattern that sets none itself.
     ground_speed_mps : float
@@ -117,7 +117,7 @@ def path_of(
     return tuple(elements)
 
 
-def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label, lead_m: float) -> list[Element]:
+def _draw(part: LegPattern, heading_deg: float, shape: TurnShape, base: Label, lead_m: float) -> list[Element]:
     """Elements of one pattern; ``base`` counts the circuits that were flown before it.
 
     ``lead_m`` is what the fastest flight covers in the pattern's lead time.
@@ -157,7 +157,7 @@ def _square(part: Square, pen: _Pen, base: Label) -> list[Element]:
     return pen.elements
 
 
-def _check_leaf(part: PatternBase, shape: TurnShape, key: str) -> None:
+def _check_leaf(part: LegPattern, shape: TurnShape, key: str) -> None:
     """The turns must fit into the leaves; ``key`` is the pattern's in the scenario."""
     if isinstance(part, Cloverleaf) and shape.offset_m > part.leaf_m:
         msg = (

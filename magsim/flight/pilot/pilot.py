@@ -27,7 +27,7 @@ from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.monitor import Watch
 from magsim.flight.pilot.response import LoopResponse
 from magsim.flight.pilot.trains import Sweep, sweeps_of_leg
-from magsim.scenario import FlapMove, PatternBase
+from magsim.scenario import FlapMove, LegPattern
 from magsim.terrain import Ground
 from magsim.units import FT
 
@@ -58,7 +58,7 @@ class Pilot:
     log_hz : int
     response : sequence of LoopResponse
         What the loops make of a sine in each part; the generators are asked for its inverse.
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
         Whose maneuvers are flown on the legs, by the part that an element belongs to.
     sweeps : sequence of Sweep
         Trains at given times of the plant, for calibration.
@@ -90,7 +90,7 @@ class Pilot:
         along_m: float,
         log_hz: int,
         response: Sequence[LoopResponse],
-        parts: Sequence[PatternBase] = (),
+        parts: Sequence[LegPattern] = (),
         sweeps: Sequence[Sweep] = (),
         ground: Ground | None = None,
         watch: Watch | None = None,
@@ -260,14 +260,14 @@ class Pilot:
             self._flying.append(sweep)
 
 
-def _sweeps_on(element: Element, parts: Sequence[PatternBase], setup: Setup, start_s: float) -> list[Sweep]:
+def _sweeps_on(element: Element, parts: Sequence[LegPattern], setup: Setup, start_s: float) -> list[Sweep]:
     """The trains of a leg that is entered at a time."""
     speed = ground_speed(setup.speed_mps, math.radians(element.heading_deg), setup.wind_mps)
     leg_s = element.length_m / max(1.0, speed)
     return sweeps_of_leg(parts[element.label.part], element.label, start_s, leg_s)
 
 
-def planned_sweeps(path: Sequence[Element], parts: Sequence[PatternBase], setup: Setup) -> list[Sweep]:
+def planned_sweeps(path: Sequence[Element], parts: Sequence[LegPattern], setup: Setup) -> list[Sweep]:
     """The trains that a flight along a path has, each counted from the beginning of its leg."""
     return [sweep for leg in path if not leg.turn for sweep in _sweeps_on(leg, parts, setup, 0.0)]
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from magsim.flight.model.autopilot import AXES
 from magsim.flight.path.elements import Label
 from magsim.planning import ScheduledOscillation, schedule
-from magsim.scenario import PatternBase
+from magsim.scenario import LegPattern
 
 
 class JointSwing(NamedTuple):
@@ -77,7 +77,7 @@ class Sweep:
         return time_s >= self.stop_s + self.ease_out_s
 
 
-def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: float) -> list[Sweep]:
+def sweeps_of_leg(pattern: LegPattern, label: Label, start_s: float, leg_s: float) -> list[Sweep]:
     """The trains of a leg that begins at a time and takes a time."""
     planned, _ = schedule(pattern, label.index, leg_s)
     trains: dict[int, list[ScheduledOscillation]] = {}
