@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from magsim.aircraft import Vehicle
 from magsim.errors import RequestError
 from magsim.field import obstacles
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.soundness import winding
 from magsim.field.metal.steel.model import load_steel
 
@@ -30,24 +30,24 @@ REACH, BOOM, SPACING = 0.04, 0.30, 0.04
 
 
 @dataclass(frozen=True)
-class Body:
+class Extent:
     """The space that an aircraft fills.
 
     Attributes
     ----------
     points_m : (n, 3) [m]
         The vertices of its skin or outline; without one, its mounts and magnetic parts.
-    skin : Surface, optional
+    skin : TriangleMesh, optional
     mounts_m : (k, 3) [m], optional
         Places that a picture has to hold.
     """
 
     points_m: np.ndarray
-    skin: Surface | None = None
+    skin: TriangleMesh | None = None
     mounts_m: np.ndarray | None = None
 
     @classmethod
-    def of(cls, aircraft: Vehicle, skin: Surface | None) -> "Body":
+    def of(cls, aircraft: Vehicle, skin: TriangleMesh | None) -> "Extent":
         """Return the body of an aircraft whose skin or outline, if it has one, is given."""
         mounts = np.array(list(aircraft.mounts.values()))
         if skin is not None:
@@ -81,18 +81,18 @@ class Body:
         return cKDTree(np.concatenate(known)).query(points)[0]
 
 
-def free(aircraft: Vehicle, body: Body, points: np.ndarray, spacing_m: float) -> np.ndarray:
+def free(aircraft: Vehicle, body: Extent, points: np.ndarray, spacing_m: float) -> np.ndarray:
     """Return whether a sensor can be at points, a part of a spacing away from the skin, (p,) bool."""
     clear = np.array([obstacle is None for obstacle in obstacles(aircraft, points)], dtype=bool)
     return clear & (body.distance(points) > SKIN_PART * spacing_m)
 
 
-def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
+def grid(body: Extent, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
     """Return places on a grid, within reach of the aircraft or on a boom ahead or behind.
 
     Parameters
     ----------
-    body : Body
+    body : Extent
     spacing_m : float [m]
 
     Returns
@@ -134,7 +134,7 @@ def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
     return points, body.inside(points)
 
 
-def _too_many(spacing_m: float, body: Body) -> RequestError:
+def _too_many(spacing_m: float, body: Extent) -> RequestError:
     msg = (
         f"--spacing {spacing_m:g} makes more than {MOST_PLACES} places around an aircraft of {body.length_m:.1f} m; "
         f"allowed: a wider one, such as {SPACING * body.length_m:.2g}"
@@ -142,12 +142,12 @@ def _too_many(spacing_m: float, body: Body) -> RequestError:
     return RequestError(msg)
 
 
-def plane(body: Body, spacing_m: float, normal: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def plane(body: Extent, spacing_m: float, normal: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a plane through the aircraft's datum.
 
     Parameters
     ----------
-    body : Body
+    body : Extent
     spacing_m : float [m]
     normal : int
         Number of the axis across the plane.

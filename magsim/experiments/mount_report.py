@@ -15,10 +15,10 @@ from magsim import plots
 from magsim.aircraft import Aircraft
 from magsim.aircraft.magnetics import DIPOLE_CLEARANCE_M
 from magsim.errors import RequestError
-from magsim.experiments.mount_grid import SPACING, Body, free, grid, plane
+from magsim.experiments.mount_grid import SPACING, Extent, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
 from magsim.field import obstacles, outline
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
@@ -42,7 +42,7 @@ AXES = ("forward", "right", "down")
 
 
 @dataclass(frozen=True)
-class Place:
+class RatedPlace:
     """One line of the table."""
 
     name: str
@@ -76,7 +76,7 @@ class MountMap:
     inside: np.ndarray
     spacing_m: float
 
-    def best(self, count: int, *, inside: bool) -> list[Place]:
+    def best(self, count: int, *, inside: bool) -> list[RatedPlace]:
         """Return the quietest places of the grid within the skin, or off it, some spacings apart."""
         rows = np.flatnonzero(self.inside == inside)
         rows = rows[np.argsort(self.places.fom_nt[rows], kind="stable")]
@@ -90,7 +90,7 @@ class MountMap:
         where = "inside" if inside else "outside"
         return [_place(self.places, row, f"{where} {number}", where) for number, row in enumerate(chosen, start=1)]
 
-    def table(self, count: int) -> list[Place]:
+    def table(self, count: int) -> list[RatedPlace]:
         """Return the mounts of the aircraft's file from quiet to loud, then the best places inside and outside."""
         order = np.argsort(self.mounts.fom_nt, kind="stable")
         known = [_place(self.mounts, int(row), self.mounts.names[row], "mount") for row in order]
@@ -138,10 +138,10 @@ class MountMap:
         return json.dumps(whole, indent=1, allow_nan=False) + "\n"
 
 
-def _place(prediction: Prediction, row: int, name: str, where: str) -> Place:
+def _place(prediction: Prediction, row: int, name: str, where: str) -> RatedPlace:
     forward, right, down = prediction.positions_m[row].tolist()
     values = (prediction.fom_nt, prediction.std_nt, prediction.fom_left_nt, prediction.std_left_nt)
-    return Place(name, where, (forward, right, down), *(float(value[row]) for value in values))
+    return RatedPlace(name, where, (forward, right, down), *(float(value[row]) for value in values))
 
 
 def flight_of(aircraft: Aircraft, name_or_file: str | None) -> Recording:
@@ -180,7 +180,7 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
     RequestError
         If the recording lacks what is needed, or the grid is too fine.
     """
-    body = Body.of(aircraft, _shells(aircraft))
+    body = Extent.of(aircraft, _shells(aircraft))
     spacing = SPACING * body.length_m if spacing_m is None else spacing_m
     points, inside = grid(body, spacing)
     open_air = free(aircraft, body, points, spacing)
@@ -195,7 +195,7 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
     )
 
 
-def _shells(aircraft: Aircraft) -> Surface | None:
+def _shells(aircraft: Aircraft) -> TriangleMesh | None:
     """Return the skin or outline, coarse enough to be drawn; None where the aircraft file has neither."""
     shells = aircraft.magnetics.skin or aircraft.magnetics.outline
     try:
@@ -224,7 +224,7 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> "Figu
     matplotlib.figure.Figure
     """
     surface = _shells(aircraft)
-    body = Body.of(aircraft, surface)
+    body = Extent.of(aircraft, surface)
     slices = [
         _sliced(aircraft, recording, body, whole.spacing_m, 1),
         _sliced(aircraft, recording, body, whole.spacing_m, 2),
@@ -235,7 +235,7 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> "Figu
     return plots.plot_mounts(whole.title, slices, triangles, colors, off_m=off_m, mounts=aircraft.mounts)
 
 
-def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float, normal: int) -> plots.Slice:
+def _sliced(aircraft: Aircraft, recording: Recording, body: Extent, spacing: float, normal: int) -> plots.Slice:
     across, up, points = plane(body, 0.5 * spacing, normal)
     flat = points.reshape(-1, 3)
     rows = np.flatnonzero(free(aircraft, body, flat, 0.5 * spacing))
@@ -245,7 +245,7 @@ def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float
     return plots.Slice(f"{AXES[normal]} = 0", across, up, values.reshape(points.shape[:2]), (first, second))
 
 
-def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface, off_m: float) -> np.ndarray:
+def _off_skin(aircraft: Aircraft, recording: Recording, surface: TriangleMesh, off_m: float) -> np.ndarray:
     corners = surface.vertices[surface.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -271,7 +271,7 @@ def write_page(whole: MountMap, figure: "Figure", path: Path, *, count: int = 5,
     atomic_write(path, lambda part: part.write_text(text, encoding="utf-8"), force=force)
 
 
-def _page(whole: MountMap, picture: str, places: Sequence[Place]) -> str:
+def _page(whole: MountMap, picture: str, places: Sequence[RatedPlace]) -> str:
     head = ("place", *(f"{axis} [m]" for axis in AXES), "FOM [nT]", "STD [nT]", "FOM left [nT]", "STD left [nT]")
     rows = [
         f"<tr><td>{html.escape(place.name)}</td>"

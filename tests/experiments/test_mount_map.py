@@ -12,7 +12,7 @@ from magsim.aircraft import Aircraft, load_aircraft
 from magsim.aircraft.magnetics import Skin
 from magsim.cli import main
 from magsim.errors import RequestError
-from magsim.experiments.mount_grid import Body, grid, plane
+from magsim.experiments.mount_grid import Extent, grid, plane
 from magsim.experiments.mount_map import FlightSeries, predict
 from magsim.experiments.mount_report import flight_of, make_map, write_page
 from magsim.experiments.recorded import background
@@ -157,7 +157,7 @@ def test_recordings_without_maneuvers_are_refused(aircraft, recording):
 
 def test_grid_is_inside_near_and_on_booms():
     box = box_surface((0.0, 0.0, 0.0), (10.0, 2.0, 2.0), 0.5)
-    body = Body(box.vertices, box)
+    body = Extent(box.vertices, box)
     assert body.length_m == pytest.approx(10.0)
     points, inside = grid(body, 0.3)
     truly = np.all(np.abs(points) < (5.0, 1.0, 1.0), axis=1)
@@ -174,7 +174,7 @@ def test_grid_is_inside_near_and_on_booms():
 def test_an_aircraft_without_skin_and_outline_is_known_by_its_parts(name):
     whole = vehicle(name)
     bare = replace(whole, magnetics=whole.magnetics.model_copy(update={"skin": None, "outline": None}))
-    body = Body.of(bare, None)
+    body = Extent.of(bare, None)
     known = [*whole.mounts.values(), *(dipole.position_m for dipole in whole.magnetics.permanent)]
     assert np.all(body.box[0] <= np.min(known, axis=0))
     assert np.all(body.box[1] >= np.max(known, axis=0))
@@ -192,7 +192,7 @@ def test_the_outline_of_the_drone_is_drawn_and_nothing_else():
     np.testing.assert_array_equal(
         obstacles(drone, shells.surface.vertices[:9]), obstacles(bare, shells.surface.vertices[:9])
     )
-    body = Body.of(drone, shells.surface)
+    body = Extent.of(drone, shells.surface)
     assert body.inside(np.array([[0.0, 0.0, 0.0], [0.0, 1.0, -0.08], [0.0, 1.0, 0.2]])).tolist() == [True, True, False]
     across, _, _ = plane(body, 0.1, 1)
     assert across[0] < -1.05
@@ -209,7 +209,7 @@ def test_shells_that_are_not_sound_are_told(aircraft, recording):
 
 def test_plane_holds_the_datum():
     box = box_surface((0.0, 0.0, 0.0), (10.0, 2.0, 2.0), 0.5)
-    across, up, points = plane(Body(box.vertices, box), 0.5, 1)
+    across, up, points = plane(Extent(box.vertices, box), 0.5, 1)
     assert points.shape == (len(across), len(up), 3)
     assert not points[..., 1].any()
     np.testing.assert_array_equal(points[:, 0, 0], across)

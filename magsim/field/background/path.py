@@ -54,7 +54,7 @@ Bounds = Callable[[Knots], tuple[np.ndarray, np.ndarray]]
 
 
 def positions_along(path: Trajectory, arms_b: np.ndarray) -> np.ndarray:
-    """Return the earth-fixed positions of points of a body, (n, s, 3) [m].
+    """Return the Earth-fixed positions of points of a body, (n, s, 3) [m].
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ TINY_M = 1e-200
 
 
 def _arctangent(y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return the ``arctan(y / x)``, also where x is zero."""
+    """Return ``arctan(y / x)``, also where x is zero."""
     return np.copysign(1.0, x) * np.arctan2(y, np.abs(x))
 
 

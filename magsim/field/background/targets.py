@@ -49,7 +49,7 @@ class Source:
     kind: str
 
     def own(self, position_e: np.ndarray) -> np.ndarray:
-        """Return the earth-fixed positions in the body's own axes from its center, (..., 3) [m]."""
+        """Return the Earth-fixed positions in the body's own axes from its center, (..., 3) [m]."""
         return np.einsum("ij,...i->...j", self.turn, self.frame.place(position_e))
 
     def field_e(self, position_e: np.ndarray) -> np.ndarray:

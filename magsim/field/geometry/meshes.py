@@ -13,7 +13,7 @@ FLAT = 1e-9
 
 @final
 @dataclass(frozen=True)
-class Surface:
+class TriangleMesh:
     """A triangle mesh.
 
     Attributes
@@ -44,7 +44,7 @@ class Tetrahedra:
     layer: np.ndarray
 
 
-def box_surface(center: Sequence[float], size: Sequence[float], element: float) -> Surface:
+def box_surface(center: Sequence[float], size: Sequence[float], element: float) -> TriangleMesh:
     """Return a closed box of right triangles whose legs are at most ``element`` [m]."""
     counts = [max(1, int(np.ceil(length / element - 1e-9))) for length in size]
     vertices, triangles, start = [], [], 0
@@ -64,10 +64,10 @@ def box_surface(center: Sequence[float], size: Sequence[float], element: float) 
             start += number.size
     mesh = trimesh.Trimesh(np.concatenate(vertices), np.concatenate(triangles), process=False)
     mesh.merge_vertices()
-    return Surface(np.asarray(mesh.vertices) + np.asarray(center, dtype=float), np.asarray(mesh.faces))
+    return TriangleMesh(np.asarray(mesh.vertices) + np.asarray(center, dtype=float), np.asarray(mesh.faces))
 
 
-def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> Surface:
+def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> TriangleMesh:
     """Return a sphere of ``20 * 4**subdivisions`` triangles.
 
     Parameters
@@ -83,7 +83,7 @@ def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> Surf
         "area": np.sqrt(4.0 * np.pi / mesh.area),
         "volume": np.cbrt(4.0 / 3.0 * np.pi / mesh.volume),
     }[keep]
-    return Surface(np.asarray(mesh.vertices) * (radius * factor), np.asarray(mesh.faces))
+    return TriangleMesh(np.asarray(mesh.vertices) * (radius * factor), np.asarray(mesh.faces))
 
 
 def extrude(sections: np.ndarray, triangles: np.ndarray) -> Tetrahedra:
@@ -205,10 +205,3 @@ def ball(subdivisions: int, radii: Sequence[float]) -> Tetrahedra:
     core = np.column_stack([shell.triangles, np.full(len(shell.triangles), center)])
     layer = np.concatenate([np.zeros(len(core), dtype=int), np.asarray(hull.layer, dtype=int) + 1])
     return Tetrahedra(np.vstack([hull.vertices, np.zeros(3)]), np.concatenate([core, hull.cells]), layer)
-
-
-def shell_solid(subdivisions: int, inner: float, outer: float, layers: int = 1) -> Tetrahedra:
-    """Return a thick spherical shell; each spherical section is scaled to its exact volume."""
-    shell = icosphere(subdivisions, 1.0, keep="volume")
-    radii = np.linspace(inner, outer, layers + 1)
-    return extrude(np.stack([shell.vertices * radius for radius in radii]), shell.triangles)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.panels import Panels, solid_angle
 
 SLIVER = 1e-3
@@ -35,7 +35,7 @@ def place(point: np.ndarray) -> str:
     return "({:.4g}, {:.4g}, {:.4g}) m".format(*(float(x) + 0.0 for x in point))
 
 
-def check_surface(surface: Surface, *, closed: bool) -> Surface:
+def check_surface(surface: TriangleMesh, *, closed: bool) -> TriangleMesh:
     """Check a surface that is to be magnetized; a closed one that is inside out is turned outward.
 
     Raises
@@ -51,7 +51,7 @@ def check_surface(surface: Surface, *, closed: bool) -> Surface:
     for first, second in _pairs(corners, corners, 0.0, same=True):
         _check_pairs(surface.triangles, corners, first, second)
     if closed and _inside_out(surface, corners):
-        return Surface(surface.vertices, surface.triangles[:, ::-1].copy())
+        return TriangleMesh(surface.vertices, surface.triangles[:, ::-1].copy())
     return surface
 
 
@@ -72,7 +72,7 @@ def _check_triangles(triangles: np.ndarray, corners: np.ndarray) -> None:
         raise ValueError(msg)
 
 
-def _check_closed(surface: Surface) -> None:
+def _check_closed(surface: TriangleMesh) -> None:
     edges = np.concatenate([surface.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
     keys = np.sort(edges, axis=1)
     unique, owner, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
@@ -89,7 +89,7 @@ def _check_closed(surface: Surface) -> None:
             raise ValueError(msg)
 
 
-def _inside_out(surface: Surface, corners: np.ndarray) -> bool:
+def _inside_out(surface: TriangleMesh, corners: np.ndarray) -> bool:
     """Return whether a closed surface is inside out, by how often it winds around places beside each piece."""
     edges = np.concatenate([surface.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
     count = len(surface.vertices)

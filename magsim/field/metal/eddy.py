@@ -59,7 +59,7 @@ def reduce_to_modes(inductance: np.ndarray, resistance: np.ndarray, flux: np.nda
 
 
 def slow_limit(modes: Modes) -> np.ndarray:
-    """Return the ``E`` with ``B = E dB_0/dt`` for slow motion, (s, 3, 3) [s]."""
+    """Return ``E`` with ``B = E dB_0/dt`` for slow motion, (s, 3, 3) [s]."""
     return -np.einsum("sik,kj->sij", modes.field, modes.drive)
 
 

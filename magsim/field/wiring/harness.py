@@ -31,10 +31,6 @@ class Wiring:
         """Return the field of each feeder for 1 A at any points (p, 3) [m], (p, 3, c) [nT/A]."""
         return wires.field(self.conductors, points)
 
-    def gradient_at(self, points: np.ndarray) -> np.ndarray:
-        """Return the derivatives of ``at`` by place, indexed (p, i, j, c) [nT/(A m)]."""
-        return wires.gradient(self.conductors, points)
-
 
 def _polygons(feeder: Feeder) -> wires.Conductor:
     loops, shares = [], []

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from magsim.field.geometry.meshes import Surface, icosphere
+from magsim.field.geometry.meshes import TriangleMesh, icosphere
 from magsim.field.geometry.meshfile import MAX_TRIANGLES, placed, read_surface
 from magsim.field.geometry.soundness import check_surface
 from tests.support.exported import exported
@@ -68,7 +68,7 @@ def test_what_a_file_names_is_not_opened(tmp_path, monkeypatch: pytest.MonkeyPat
 
 
 def test_units_and_axes() -> None:
-    surface = Surface(np.array([[1000.0, 200.0, 30.0]]), np.zeros((1, 3), dtype=int))
+    surface = TriangleMesh(np.array([[1000.0, 200.0, 30.0]]), np.zeros((1, 3), dtype=int))
     here = placed(surface, unit_m=0.001, structural=True, position=np.array([0.5, 0.0, 0.0]))
     np.testing.assert_allclose(here.vertices, [[-0.5, 0.2, -0.03]])
     there = placed(surface, unit_m=0.001, structural=False, position=np.zeros(3))

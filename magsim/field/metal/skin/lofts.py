@@ -5,7 +5,7 @@ from math import gamma
 
 import numpy as np
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 
 LEAST_AROUND = 12
 """Fewest points around a section."""
@@ -98,7 +98,7 @@ def stations(table: np.ndarray, lengths: Sequence[float], element: float) -> np.
     return np.concatenate(out)
 
 
-def loft(rings: np.ndarray, *, mirror: bool = False) -> Surface:
+def loft(rings: np.ndarray, *, mirror: bool = False) -> TriangleMesh:
     """Return the closed surface through rings, with flat caps at both ends.
 
     Corner ``i`` of a ring and corner ``n - i`` lie opposite to each other in the ring's own mirror image, and all
@@ -113,7 +113,7 @@ def loft(rings: np.ndarray, *, mirror: bool = False) -> Surface:
 
     Returns
     -------
-    Surface
+    TriangleMesh
         Normals point outward.
     """
     if mirror:
@@ -144,7 +144,7 @@ def loft(rings: np.ndarray, *, mirror: bool = False) -> Surface:
         faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
         triangles.append(faces if sign > 0 else faces[:, ::-1])
     points, faces = np.concatenate(vertices), np.concatenate(triangles)
-    return Surface(points, faces if volume(points, faces) > 0.0 else faces[:, ::-1])
+    return TriangleMesh(points, faces if volume(points, faces) > 0.0 else faces[:, ::-1])
 
 
 def _cut(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, flip: np.ndarray) -> np.ndarray:

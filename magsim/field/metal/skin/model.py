@@ -6,7 +6,7 @@ import numpy as np
 
 from magsim.aircraft.magnetics import Skin
 from magsim.arrays import readonly
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.refine import distance_to_triangles
 from magsim.field.metal.eddy import Modes
 from magsim.field.metal.skin.mesh import graded, outline
@@ -50,9 +50,9 @@ class SkinModel:
                 object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
 
     @property
-    def surface(self) -> Surface:
+    def surface(self) -> TriangleMesh:
         """The mesh."""
-        return Surface(self.vertices, self.triangles)
+        return TriangleMesh(self.vertices, self.triangles)
 
     def at(self, points: np.ndarray) -> Modes:
         """Return the modes with their field at places, (p, 3) [m] in body axes."""

@@ -13,9 +13,9 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import splu
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.panels import Panels, gradient, mutual_potentials
 from magsim.units import MU0
 
@@ -32,13 +32,13 @@ class ThinShells:
 
     Attributes
     ----------
-    surface : Surface
+    surface : TriangleMesh
         Each connected part consistently oriented.
     conductance_s : float or (t,) [S]
         Conductivity times thickness.
     """
 
-    surface: Surface
+    surface: TriangleMesh
     conductance_s: float | np.ndarray
 
     @cached_property
@@ -168,7 +168,7 @@ def rim_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return tail[alone], head[alone]
 
 
-def stream_currents(surface: Surface, streams: np.ndarray) -> np.ndarray:
+def stream_currents(surface: TriangleMesh, streams: np.ndarray) -> np.ndarray:
     """Return the current per width in each triangle for stream functions (n, k) [A] on the nodes, (t, 3, k) [A/m]."""
     panels = Panels(surface.vertices[surface.triangles])
     opposite = np.roll(panels.corners, -2, axis=1) - np.roll(panels.corners, -1, axis=1)
@@ -176,12 +176,12 @@ def stream_currents(surface: Surface, streams: np.ndarray) -> np.ndarray:
     return np.einsum("tix,tik->txk", opposite, streams[surface.triangles]) / (2.0 * panels.areas[:, None, None])
 
 
-def stream_field(surface: Surface, streams: np.ndarray, points: np.ndarray) -> np.ndarray:
+def stream_field(surface: TriangleMesh, streams: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return the flux density of stream functions, by the law of Biot and Savart over flat triangles.
 
     Parameters
     ----------
-    surface : Surface
+    surface : TriangleMesh
     streams : (n, k) [A]
     points : (p, 3) [m]
 
@@ -285,13 +285,3 @@ def phasor_streams(shells: ThinShells, frequency_hz: float, *, tolerance: float 
             return shells.spread @ total
     msg = f"the currents at {frequency_hz:g} Hz lag too far for a series; choose a lower frequency"
     raise ValueError(msg)
-
-
-def time_constants(shells: ThinShells, count: int) -> np.ndarray:
-    """Return the longest time constants, (count,) [s], of ``L u = tau R u``."""
-    resistance, inductance = shells.resistance, shells.inductance
-    shape = resistance.shape
-    inverse = LinearOperator(shape, matvec=splu(resistance).solve, dtype=float)
-    start = np.cos(np.arange(shape[0]))  # any fixed vector; a random one would change from run to run
-    tau = eigsh(inductance, k=count, M=resistance, Minv=inverse, which="LA", v0=start, return_eigenvectors=False)
-    return np.sort(tau)[::-1]

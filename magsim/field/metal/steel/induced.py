@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse.linalg import splu
 
-from magsim.field.geometry.meshes import Surface, Tetrahedra
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh
 from magsim.field.geometry.panels import Panels, gradient, hat_slopes, hessian, mutual_potentials
 from magsim.field.metal.steel.interior import interior_stiffness
 
@@ -28,7 +28,7 @@ from magsim.field.metal.steel.interior import interior_stiffness
 class Sheet:
     """Thin soft-magnetic sheet: a surface, its thickness [m] and its susceptibility ``mu_r - 1``."""
 
-    mesh: Surface
+    mesh: TriangleMesh
     thickness_m: float
     chi: float
 
@@ -42,14 +42,14 @@ class Solid:
 
 
 @dataclass(frozen=True)
-class Body:
+class ClosedBody:
     """Homogeneous soft-magnetic body: its closed surface, outward, and its susceptibility."""
 
-    mesh: Surface
+    mesh: TriangleMesh
     chi: float
 
 
-Part = Sheet | Solid | Body
+Part = Sheet | Solid | ClosedBody
 
 
 def _sheet_stiffness(sheet: Sheet, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -149,12 +149,12 @@ class InducedModel:
 
     Parameters
     ----------
-    parts : sequence of Sheet, Solid or Body
+    parts : sequence of Sheet, Solid or ClosedBody
         They may not touch each other; bodies that touch belong into one mesh with a susceptibility for each cell.
 
     Attributes
     ----------
-    parts : tuple of Sheet, Solid or Body
+    parts : tuple of Sheet, Solid or ClosedBody
     starts : (parts + 1,) int
         Number of the first node of each part, and of all nodes.
     nodes : (n, 3) [m]
@@ -188,14 +188,14 @@ class InducedModel:
             self._full = [
                 (slice(starts[i], starts[i + 1]), part.chi * self._body(i, part, single))
                 for i, part in enumerate(parts)
-                if isinstance(part, Body)
+                if isinstance(part, ClosedBody)
             ]
             self._factorize(triangles, single)
         except LinAlgError as error:
             msg = "soft-magnetic bodies touch or overlap; leave a gap between them or merge their meshes"
             raise ValueError(msg) from error
 
-    def _body(self, number: int, part: Body, single: np.ndarray) -> np.ndarray:
+    def _body(self, number: int, part: ClosedBody, single: np.ndarray) -> np.ndarray:
         own = np.flatnonzero(self.part == number)
         return interior_stiffness(part.mesh, single[np.ix_(own, own)])
 
@@ -282,10 +282,6 @@ class InducedModel:
             [A/m] for each ambient field; ``(p, 3, 3)`` without unit by default.
         """
         return charge_field(self.panels, self.uniform if charge is None else charge, points)
-
-    def response_gradient(self, points: np.ndarray) -> np.ndarray:
-        """Return the derivatives ``dD_ik/dx_j`` of ``response``, indexed (p, i, k, j) [1/m]."""
-        return charge_gradient(self.panels, self.uniform, points)
 
     def moment(self, charge: np.ndarray | None = None) -> np.ndarray:
         """Return the moment of the charge, (3, k) [A m^2]; by default the polarizability ``alpha`` (3, 3) [m^3]."""

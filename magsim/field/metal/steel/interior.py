@@ -15,16 +15,16 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.panels import NEAR, RULE_3, RULE_7, RULE_28, TOUCHING, Panels, double_layer, hat_slopes
 
 
-def interior_stiffness(surface: Surface, single: np.ndarray) -> np.ndarray:
+def interior_stiffness(surface: TriangleMesh, single: np.ndarray) -> np.ndarray:
     """Return the stiffness of a body of unit susceptibility on the nodes of its surface.
 
     Parameters
     ----------
-    surface : Surface
+    surface : TriangleMesh
         Closed and outward; several closed pieces and hollows are one body.
     single : (t, t) [m^3]
         ``mutual_potentials`` of its triangles.
@@ -46,7 +46,7 @@ def interior_stiffness(surface: Surface, single: np.ndarray) -> np.ndarray:
     return 0.5 * (out + out.T)
 
 
-def _flux(panels: Panels, surface: Surface) -> np.ndarray:
+def _flux(panels: Panels, surface: TriangleMesh) -> np.ndarray:
     """Return ``M/2 + K``, (t, n) [m^2]: far pairs by 3 x 3 points, near ones as in ``mutual_potentials``."""
     hats = _far(panels)
     longest = panels.lengths.max(axis=1)

@@ -23,12 +23,12 @@ from magsim.aircraft.magnetics import (
 )
 from magsim.arrays import readonly
 from magsim.errors import RequestError
-from magsim.field.geometry.meshes import Surface, Tetrahedra, boundary, box_surface, cylinder
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, boundary, box_surface, cylinder
 from magsim.field.geometry.meshfile import placed, read_surface
 from magsim.field.geometry.panels import Panels
 from magsim.field.geometry.soundness import check_surface, element_sizes, first_touch, place, point_triangle, winding
 from magsim.field.metal.steel.induced import (
-    Body,
+    ClosedBody,
     InducedModel,
     Part,
     Sheet,
@@ -190,7 +190,7 @@ class SteelModel:
             raise RequestError("\n".join(lines))
 
 
-def _sheet_surface(part: BoxSheet | Plate | Strip | Tube) -> Surface:
+def _sheet_surface(part: BoxSheet | Plate | Strip | Tube) -> TriangleMesh:
     if isinstance(part, BoxSheet):
         return box_surface(part.center_m, part.size_m, part.element_m)
     if isinstance(part, Plate):
@@ -215,7 +215,7 @@ def _solid(part: Bar | Cylinder | Loft) -> Tetrahedra:
     return loft(centers, sizes, np.array(part.across), part.element_m, round_section=part.shape == "ellipse")
 
 
-def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> Surface:
+def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> TriangleMesh:
     if part.file not in files:
         msg = "was not read with the aircraft; allowed: an aircraft that holds its files"
         raise ValueError(msg)
@@ -236,12 +236,12 @@ def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
     chi = part.mu_r - 1.0
     if isinstance(part, MeshPart):
         surface = _from_file(part, files)
-        return Body(surface, chi) if part.thickness_m is None else Sheet(surface, part.thickness_m, chi)
+        return ClosedBody(surface, chi) if part.thickness_m is None else Sheet(surface, part.thickness_m, chi)
     if isinstance(part, Bar | Cylinder | Loft):
         mesh = _solid(part)
         walls = boundary(mesh)
         if isinstance(part, Loft):
-            check_surface(Surface(mesh.vertices, walls), closed=True)
+            check_surface(TriangleMesh(mesh.vertices, walls), closed=True)
         return Solid(mesh, chi)
     surface = _sheet_surface(part)
     if not isinstance(part, BoxSheet | Plate):

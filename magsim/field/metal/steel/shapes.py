@@ -10,9 +10,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from magsim.field.geometry.meshes import Surface, Tetrahedra, disc_grid, extrude
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, disc_grid, extrude
 
-Mesh = TypeVar("Mesh", Surface, Tetrahedra)
+Mesh = TypeVar("Mesh", TriangleMesh, Tetrahedra)
 
 LIMIT = 65_536
 """Most vertices of a part; the cost grows with the cube of the triangles long before."""
@@ -43,7 +43,7 @@ def grid_triangles(rows: int, columns: int, *, closed: bool = False) -> np.ndarr
 
 def plate(
     center: Sequence[float], normal: Sequence[float], along: Sequence[float], size: Sequence[float], element: float
-) -> Surface:
+) -> TriangleMesh:
     """Return a flat rectangle.
 
     Parameters
@@ -60,7 +60,7 @@ def plate(
     u, v = graded(size[0], element) - 0.5 * size[0], graded(size[1], element) - 0.5 * size[1]
     _check_count(len(u) * len(v))
     points = np.asarray(center) + u[:, None, None] * first + v[None, :, None] * second
-    return Surface(points.reshape(-1, 3), grid_triangles(len(u), len(v)))
+    return TriangleMesh(points.reshape(-1, 3), grid_triangles(len(u), len(v)))
 
 
 def _stations(points: np.ndarray, element: float, *, fine_ends: bool) -> list[np.ndarray]:
@@ -132,16 +132,16 @@ def sweep(profile: np.ndarray, points: np.ndarray, facing: np.ndarray, element: 
     return np.concatenate(sections)
 
 
-def strip(points: np.ndarray, facing: np.ndarray, width: float, element: float) -> Surface:
+def strip(points: np.ndarray, facing: np.ndarray, width: float, element: float) -> TriangleMesh:
     """Return a flat strip along a polyline, its face toward ``facing``, at least four elements wide."""
     sides = graded(width, min(element, 0.4 * width)) - 0.5 * width
     profile = np.column_stack([sides, np.zeros_like(sides)])
     sections = sweep(profile, points, facing, element)
     _check_count(sections.size / 3)
-    return Surface(sections.reshape(-1, 3), grid_triangles(*sections.shape[:2]))
+    return TriangleMesh(sections.reshape(-1, 3), grid_triangles(*sections.shape[:2]))
 
 
-def tube(points: np.ndarray, radius: float, sides: int, element: float, *, closed: bool) -> Surface:
+def tube(points: np.ndarray, radius: float, sides: int, element: float, *, closed: bool) -> TriangleMesh:
     """Return a round tube along a polyline as a prism of the same circumference; ``closed``: with end discs."""
     angle = 2.0 * np.pi * np.arange(sides) / sides
     corner = radius * np.pi / (sides * np.sin(np.pi / sides))
@@ -159,7 +159,7 @@ def tube(points: np.ndarray, radius: float, sides: int, element: float, *, close
         last[:, 1:] += count - sides
         vertices = np.vstack([vertices, points[0], points[-1]])
         triangles = np.concatenate([triangles, first, last])
-    return Surface(vertices, triangles[:, ::-1].copy())
+    return TriangleMesh(vertices, triangles[:, ::-1].copy())
 
 
 def rectangle_grid(across: int, up: int) -> tuple[np.ndarray, np.ndarray]:
@@ -211,6 +211,6 @@ def loft(
 def mirrored(mesh: Mesh) -> Mesh:
     """Return the mesh on the other side of the plane y = 0."""
     vertices = mesh.vertices * np.array([1.0, -1.0, 1.0])
-    if isinstance(mesh, Surface):
-        return Surface(vertices, mesh.triangles[:, ::-1].copy())
+    if isinstance(mesh, TriangleMesh):
+        return TriangleMesh(vertices, mesh.triangles[:, ::-1].copy())
     return Tetrahedra(vertices, mesh.cells, mesh.layer)
