@@ -8,7 +8,7 @@ from pathlib import Path
 import moordyn
 import numpy as np
 
-from magsim.flight.tow.chain import Line
+from magsim.flight.tow.chain import Chain
 from magsim.units import G0
 
 DEPTH_M = 100.0
@@ -29,7 +29,7 @@ rope   {diameter}  {mass_per_m}  {stiffness}  {damping}  0  {normal}  0  {tangen
 --------------------- POINTS -------------------------------------------------
 ID   Type     X   Y   Z   Mass   Volume   CdA   Ca
 (#)  (-)      (m) (m) (m) (kg)   (m^3)    (m^2) (-)
-1    Coupled  0   0   {top}     0       0  0       0
+1    CoupledChain  0   0   {top}     0       0  0       0
 2    Free     0   0   {bottom}  {mass}  0  {area}  0
 --------------------- LINES --------------------------------------------------
 ID   LineType  AttachA  AttachB  UnstrLen  NumSegs  Outputs
@@ -66,14 +66,14 @@ def silence() -> Iterator[None]:
         os.close(nowhere)
 
 
-def towed(folder: Path, line: Line, density: float, hook_m: np.ndarray) -> np.ndarray:
+def towed(folder: Path, line: Chain, density: float, hook_m: np.ndarray) -> np.ndarray:
     """Places of a point body under its hook, (n, 3) [m] north, east, down from the hook, at the times of ``hook_m``.
 
     Parameters
     ----------
     folder : Path
         For the files of MoorDyn.
-    line : Line
+    line : Chain
         With a ball; it hangs straight down at rest at the beginning.
     density : float [kg/m^3]
     hook_m : (n, 3) [m]

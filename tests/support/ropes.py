@@ -13,14 +13,14 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.special import j0, j1, y0, y1
 
-from magsim.flight.tow.chain import Body, Line, Rope, ball
+from magsim.flight.tow.chain import Chain, Rope, TowedBody, ball
 from magsim.units import G0
 
 AIR = 1.19
 """Density [kg/m^3]."""
 
 ROPE = Rope(length_m=30.0, diameter_m=0.010, mass_per_m=0.12, normal_drag=1.1, tangential_drag=0.02)
-BIRD = Body(
+BIRD = TowedBody(
     mass_kg=80.0,
     inertia_kgm2=(1.525, 45.68, 45.68),
     bridle_m=(0.15, 0.0, -0.22),
@@ -34,14 +34,14 @@ BIRD = Body(
 )
 
 
-def point_line(mass_kg: float = 80.0, drag_area_m2: float = 0.06, links: int = 10) -> Line:
+def point_line(mass_kg: float = 80.0, drag_area_m2: float = 0.06, links: int = 10) -> Chain:
     """A rope of 30 m with a point on it."""
-    return Line(ROPE, ball(mass_kg, drag_area_m2), links)
+    return Chain(ROPE, ball(mass_kg, drag_area_m2), links)
 
 
-def bird_line(links: int = 10) -> Line:
+def bird_line(links: int = 10) -> Chain:
     """The same rope with a finned bird."""
-    return Line(ROPE, BIRD, links)
+    return Chain(ROPE, BIRD, links)
 
 
 def air_of(speed_mps: float, density: float = AIR) -> np.ndarray:
@@ -103,7 +103,7 @@ def flexible_period(rope: Rope, mass_kg: float) -> float:
 # ---- a finned body in the air
 
 
-def body_loads(body: Body, flow: np.ndarray, rate: np.ndarray, density: float) -> tuple[np.ndarray, np.ndarray]:
+def body_loads(body: TowedBody, flow: np.ndarray, rate: np.ndarray, density: float) -> tuple[np.ndarray, np.ndarray]:
     """Force [N] and moment [N m] about the center of gravity, body axes: equations (6) to (13) of the reference.
 
     ``flow`` is the velocity of the air relative to the body, ``rate`` the body's angular rate.
@@ -135,7 +135,7 @@ class Parts(NamedTuple):
     rot: np.ndarray
 
 
-def parts_of(line: Line, state: np.ndarray) -> Parts:
+def parts_of(line: Chain, state: np.ndarray) -> Parts:
     """Take a state apart."""
     inner, body = 3 * (line.links - 1), 6 * (line.links - 1)
     rot = Rotation.from_quat(np.roll(state[body + 9 :], -1)).as_matrix()
@@ -149,7 +149,7 @@ def parts_of(line: Line, state: np.ndarray) -> Parts:
     )
 
 
-def all_nodes(line: Line, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
+def all_nodes(line: Chain, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
     """Places and velocities of nodes 0 to N, (N + 1, 3) each."""
     bridle, origin = np.array(line.body.bridle_m), np.zeros(3)
     place = np.vstack([origin, parts.nodes, parts.place + parts.rot @ bridle])
@@ -158,18 +158,18 @@ def all_nodes(line: Line, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def lengths_m(line: Line, state: np.ndarray) -> np.ndarray:
+def lengths_m(line: Chain, state: np.ndarray) -> np.ndarray:
     """Length of each link, (N,) [m]."""
     return np.linalg.norm(np.diff(all_nodes(line, parts_of(line, state))[0], axis=0), axis=1)
 
 
-def masses(line: Line) -> tuple[float, float]:
+def masses(line: Chain) -> tuple[float, float]:
     """Mass of an inner node and of the body with its half of the last link [kg]."""
     link = line.rope.mass_per_m * line.rope.length_m / line.links
     return link, line.body.mass_kg + 0.5 * link
 
 
-def energy_j(line: Line, state: np.ndarray) -> float:
+def energy_j(line: Chain, state: np.ndarray) -> float:
     """Kinetic energy and that of the height where down is the third axis [J]."""
     parts, (link, body) = parts_of(line, state), masses(line)
     kinetic = 0.5 * link * np.sum(parts.velocities**2) + 0.5 * body * np.sum(parts.velocity**2)
@@ -177,7 +177,7 @@ def energy_j(line: Line, state: np.ndarray) -> float:
     return float(kinetic - G0 * (link * parts.nodes[:, 2].sum() + body * parts.place[2]))
 
 
-def dense(line: Line, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple[np.ndarray, np.ndarray]:
+def dense(line: Chain, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations of nodes, body and body's rates, (3 (N + 1),), and tensions (N,): one system of all of them.
 
     Each link's length is held by a multiplier. The derivatives of the links' rates are taken by complex steps, which
@@ -213,7 +213,7 @@ def dense(line: Line, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple
     return found[:size], found[size:]
 
 
-def link_drag(line: Line, air: np.ndarray, i: int, place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+def link_drag(line: Chain, air: np.ndarray, i: int, place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Drag of a link at its mean velocity, (3,) [N]."""
     rope, share = line.rope, (i + 0.5) / line.links
     along = (place[i + 1] - place[i]) / np.linalg.norm(place[i + 1] - place[i])
@@ -225,7 +225,7 @@ def link_drag(line: Line, air: np.ndarray, i: int, place: np.ndarray, velocity: 
     return 0.5 * air[9] * rope.diameter_m * rope.length_m / line.links * (normal + tangential)
 
 
-def _link_rates(line: Line, parts: Parts, after: complex, added: np.ndarray) -> np.ndarray:
+def _link_rates(line: Chain, parts: Parts, after: complex, added: np.ndarray) -> np.ndarray:
     """Rate of each link's length after a short time without accelerations, with something added to the velocities."""
     inner, bridle = 3 * (line.links - 1), np.array(line.body.bridle_m)
     rate = parts.rate + added[inner + 3 :]

@@ -9,7 +9,7 @@ import pytest
 from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, RequestError
 from magsim.streams import stream
-from magsim.terrain import Flat, Fractal, Ground, Surface, TangentPlane, read_grid
+from magsim.terrain import Flat, Fractal, Ground, TangentPlane, TerrainSurface, read_grid
 
 LAT, LON = np.radians(46.5), np.radians(8.0)
 PLANE = TangentPlane(LAT, LON)
@@ -25,7 +25,7 @@ def places(count: int = 400, reach_m: float = 4000.0) -> tuple[np.ndarray, np.nd
     return PLANE.geodetic(north, east)
 
 
-def check_slope(surface: Surface, lat: np.ndarray, lon: np.ndarray, step_m: float = 0.05) -> None:
+def check_slope(surface: TerrainSurface, lat: np.ndarray, lon: np.ndarray, step_m: float = 0.05) -> None:
     meridian, normal = radii_of_curvature(lat)
     up, right = step_m / meridian, step_m / (normal * np.cos(lat))
     north = (surface.height(lat + up, lon) - surface.height(lat - up, lon)) / (2.0 * step_m)

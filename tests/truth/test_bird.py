@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import load_bird
-from magsim.flight.tow import dynamics as chain
-from magsim.flight.tow.chain import Line
-from magsim.flight.tow.equilibrium import steady
+from magsim.flight.tow import dynamics
+from magsim.flight.tow.chain import Chain
+from magsim.flight.tow.equilibrium import find_equilibrium
 from magsim.flight.tow.modes import modes
-from magsim.flight.tow.setup import line_of
+from magsim.flight.tow.setup import chain_of
 from magsim.scenario import Tow
 from magsim.streams import stream
 from tests.benchmarks.tow_rows.modes import mode
@@ -22,15 +22,15 @@ def test_loads_are_those_of_the_vectors() -> None:
     for _ in range(20):
         flow, rate = 30.0 * rng.normal(size=3), rng.normal(size=3)
         force, moment = body_loads(BIRD, flow, rate, AIR)
-        found = chain.loads(line.numbers, *flow, *rate, AIR)
+        found = dynamics.body_loads(line.constants, *flow, *rate, AIR)
         np.testing.assert_allclose(found, [*force, *moment], rtol=1e-12, atol=1e-9)
 
 
 def test_fins_turn_the_bird_into_the_flow_and_munk_out_of_it() -> None:
     """Air from below the nose: the tail is lifted by the fin, the nose by the body."""
-    _, _, _, _, whole, _ = chain.loads(bird_line().numbers, -30.0, 0.0, -3.0, 0.0, 0.0, 0.0, AIR)
-    bare = bird_line().numbers._replace(fin_lift=0.0)
-    _, _, _, _, body, _ = chain.loads(bare, -30.0, 0.0, -3.0, 0.0, 0.0, 0.0, AIR)
+    _, _, _, _, whole, _ = dynamics.body_loads(bird_line().constants, -30.0, 0.0, -3.0, 0.0, 0.0, 0.0, AIR)
+    bare = bird_line().constants._replace(fin_lift=0.0)
+    _, _, _, _, body, _ = dynamics.body_loads(bare, -30.0, 0.0, -3.0, 0.0, 0.0, 0.0, AIR)
     assert whole < 0.0 < body
 
 
@@ -45,19 +45,19 @@ def test_forces_and_moments_cancel_in_the_equilibrium(speed_mps: float) -> None:
 @pytest.mark.parametrize("told", TABLE)
 def test_equilibrium_is_that_of_the_prototype(told: tuple[float, ...]) -> None:
     speed, pitch, trail, top, low = told
-    found = steady(bird_line(), speed, AIR)
+    found = find_equilibrium(bird_line(), speed, AIR)
     assert found is not None
     assert np.degrees([found.pitch, found.trail]) == pytest.approx([pitch, trail], abs=0.005)
     assert found.tension_n[[0, -1]] == pytest.approx([top, low], abs=0.1)
 
 
 def test_shipped_bird_is_that_of_the_reference() -> None:
-    line = line_of(Tow(), load_bird("bird"))
+    line = chain_of(Tow(), load_bird("bird"))
     assert line.body == BIRD
     assert line.rope == bird_line().rope
 
 
-def modes_of(line: Line, speed_mps: float) -> np.ndarray:
+def modes_of(line: Chain, speed_mps: float) -> np.ndarray:
     """Eigenvalues [1/s] of all oscillations about the equilibrium, of the dense system linearized by differences."""
     state, air, body = at_rest(line, speed_mps), air_of(speed_mps), 6 * (line.links - 1)
 
@@ -75,7 +75,7 @@ def modes_of(line: Line, speed_mps: float) -> np.ndarray:
         now[inner:body] += rate[:inner]
         now[body + 3 : body + 9] += rate[inner:]
         assert np.isfinite(parts_of(line, now).rot).all()
-        return np.concatenate([rate, dense(line, now, air, chain.GAMMA)[0]])
+        return np.concatenate([rate, dense(line, now, air, dynamics.GAMMA)[0]])
 
     size = 2 * (body // 2 + 6)
     step = 1e-5 * np.eye(size)
@@ -87,7 +87,7 @@ def modes_of(line: Line, speed_mps: float) -> np.ndarray:
 @pytest.mark.parametrize("speed_mps", [10.0, 28.0])
 def test_modes_are_the_eigenvalues_of_the_dense_system(speed_mps: float) -> None:
     line = bird_line(5)
-    found, exact = steady(line, speed_mps, AIR), modes_of(line, speed_mps)
+    found, exact = find_equilibrium(line, speed_mps, AIR), modes_of(line, speed_mps)
     assert found is not None
     told = [one for one in modes(line, found, speed_mps, AIR) if one.frequency_hz > 0.02]
     assert len(told) == len(exact)

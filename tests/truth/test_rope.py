@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from magsim.flight.tow import dynamics as chain
-from magsim.flight.tow.chain import Body, Line, ball
-from magsim.flight.tow.equilibrium import steady
+from magsim.flight.tow import dynamics
+from magsim.flight.tow.chain import Chain, TowedBody, ball
+from magsim.flight.tow.equilibrium import find_equilibrium
 from magsim.planning import WHIP_G
 from magsim.streams import stream
 from magsim.units import G0
@@ -43,7 +43,7 @@ from tests.support.ropes import (
 from tests.support.tows import at_rest, level, states, tilted
 
 
-def any_state(line: Line, rng: np.random.Generator) -> np.ndarray:
+def any_state(line: Chain, rng: np.random.Generator) -> np.ndarray:
     """A crooked rope, links that are off their length, everything in motion."""
     n, link_m = line.links, line.rope.length_m / line.links
     state, body = rng.normal(size=line.size), 6 * (line.links - 1)
@@ -60,21 +60,21 @@ def any_air(rng: np.random.Generator) -> np.ndarray:
     return np.concatenate([[0.0, 0.0, G0] + 2.0 * rng.normal(size=3), 20.0 * rng.normal(size=6), [AIR]])
 
 
-def slope_of(line: Line, state: np.ndarray, air: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def slope_of(line: Chain, state: np.ndarray, air: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     slope, tension = np.empty(line.size), np.empty(line.links)
-    chain.found(line.numbers, state, air, slope, tension)
+    dynamics.state_derivative(line.constants, state, air, slope, tension)
     return slope, tension
 
 
 @pytest.mark.parametrize("body", [BIRD, ball(20.0, 0.03)], ids=["bird", "ball"])
 @pytest.mark.parametrize("spin", [0.0, 0.1])
-def test_accelerations_and_tensions_are_those_of_newton_euler_with_multipliers(body: Body, spin: float) -> None:
+def test_accelerations_and_tensions_are_those_of_newton_euler_with_multipliers(body: TowedBody, spin: float) -> None:
     rng = stream(5, f"rope/{spin}/{body.mass_kg}")
     for links in (2, 3, 6, 10, 13):
-        line = Line(ROPE, body, links, tuple(spin * rng.normal(size=3)))
+        line = Chain(ROPE, body, links, tuple(spin * rng.normal(size=3)))
         state, air = any_state(line, rng), any_air(rng)
         slope, tension = slope_of(line, state, air)
-        acceleration, pulls = dense(line, state, air, chain.GAMMA)
+        acceleration, pulls = dense(line, state, air, dynamics.GAMMA)
         first = 6 * (links - 1)
         found = np.concatenate([slope[first // 2 : first], slope[first + 3 : first + 9]])
         np.testing.assert_allclose(found, acceleration, rtol=0.0, atol=1e-9)
@@ -91,22 +91,22 @@ def test_pull_on_the_hook_is_what_accelerates_everything() -> None:
     """All forces from outside less the change of all momentum, for any state."""
     rng = stream(6, "rope/pull")
     for body in (BIRD, ball(20.0, 0.03)):
-        line = Line(ROPE, body, 7)
+        line = Chain(ROPE, body, 7)
         state, air = any_state(line, rng), any_air(rng)
         parts, (link_kg, body_kg) = parts_of(line, state), masses(line)
-        acceleration, _ = dense(line, state, air, chain.GAMMA)
+        acceleration, _ = dense(line, state, air, dynamics.GAMMA)
         moved = link_kg * acceleration[:18].reshape(6, 3).sum(axis=0) + body_kg * acceleration[18:21]
         own, _ = body_loads(body, parts.rot.T @ (air[6:9] - parts.velocity), parts.rate, air[9])
         drag = sum(link_drag(line, air, i, *all_nodes(line, parts)) for i in range(7))
         weight = (ROPE.mass_per_m * ROPE.length_m + body.mass_kg) * air[:3]
-        pull = chain.pull_on_hook(line.numbers, state, air)
+        pull = dynamics.pull_on_hook(line.constants, state, air)
         np.testing.assert_allclose(pull, drag + parts.rot @ own + weight - moved, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize(("speed_mps", "mass_kg"), [(25.0, 80.0), (70.0, 80.0), (25.0, 20.0), (70.0, 20.0)])
 def test_trail_is_that_of_a_continuous_rope(speed_mps: float, mass_kg: float) -> None:
     line, exact = point_line(mass_kg), continuous_trail(ROPE, mass_kg, 0.06, speed_mps)
-    found = steady(line, speed_mps, AIR)
+    found = find_equilibrium(line, speed_mps, AIR)
     assert found is not None
     assert math.degrees(found.trail) == pytest.approx(math.degrees(exact), abs=0.05)
     # let go off its shape it comes back to it
@@ -117,7 +117,7 @@ def test_trail_is_that_of_a_continuous_rope(speed_mps: float, mass_kg: float) ->
 
 def test_trail_comes_closer_to_the_continuous_rope_with_the_square_of_the_links() -> None:
     exact = continuous_trail(ROPE, 20.0, 0.06, 70.0)
-    found = [steady(point_line(20.0, links=links), 70.0, AIR) for links in (5, 10, 20, 40)]
+    found = [find_equilibrium(point_line(20.0, links=links), 70.0, AIR) for links in (5, 10, 20, 40)]
     errors = [abs(one.trail - exact) for one in found if one is not None]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(orders, 2.0, atol=0.2)
@@ -143,7 +143,7 @@ def test_swing_to_the_side_dies_away(body: tuple[float, float], number: int, tol
 
 
 @pytest.mark.parametrize("line", [bird_line(), point_line()], ids=["bird", "ball"])
-def test_links_keep_their_length_and_swings_their_energy(line: Line) -> None:
+def test_links_keep_their_length_and_swings_their_energy(line: Chain) -> None:
     assert link_error_m(line) < 1e-6
     assert energy_drift(line) < 1e-4
 
@@ -154,7 +154,7 @@ def test_error_of_a_link_dies_away_as_baumgarte_says() -> None:
     state[8] += 1e-4
     time, rows, _ = states(line, state, level(0.0, 0.0), seconds=1.0, step_hz=240, log_hz=30)
     left = np.array([lengths_m(line, row) - 7.5 for row in rows])
-    dying = 1e-4 * (1.0 + chain.GAMMA * time) * np.exp(-chain.GAMMA * time)
+    dying = 1e-4 * (1.0 + dynamics.GAMMA * time) * np.exp(-dynamics.GAMMA * time)
     np.testing.assert_allclose(left, dying[:, None] * [0.0, 0.0, 1.0, -1.0], atol=1e-9)
 
 

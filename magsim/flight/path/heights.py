@@ -1,11 +1,11 @@
 """The height plan of a flight that is not level: draped over the ground, or with parts at heights of their own.
 
 The plan of a drape is above the ground by a clearance, no steeper than a slope, and smooth. It is made in three steps
-along the path. The lowest profile that clears the ground and nowhere exceeds the slope is the envelope of ramps that
-rise and fall from every point. A running mean with a raised-cosine window rounds its corners, so that the vertical
-acceleration stays small; a mean of a profile is never steeper than the profile. What the rounding has taken off the
-crests is added everywhere. Level parts of a sequence take part with their height, held from some seconds before their
-first leg to their end. The ramps between lie in the transits: up as late, down as early as can be.
+along the path. The lowest profile that clears the ground and nowhere exceeds the slope is the envelope of the ramps
+through every point. A running mean with a raised-cosine window rounds its corners, so that the vertical
+acceleration stays small; a mean of a profile is never steeper than the profile. The height that the rounding removes
+from the crests is added everywhere. Level parts of a sequence take part with their height, held from some seconds
+before their first leg to their end. The ramps between them are in the transits: up as late, down as early as possible.
 """
 
 import math
@@ -35,7 +35,7 @@ SETTLE_S = 15.0
 
 
 HIGH_M = 5.0
-"""A draped part may be planned so much above its own plan for the sake of a transit's rounding."""
+"""A draped part may be planned so much above its own plan because of a transit's rounding."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class HeightPlan:
     ground_m : (n,)
         The ground below.
     rounding_m : float
-        What the rounding of crests has added everywhere.
+        Height that was added everywhere for the rounding of crests.
     """
 
     first_m: float
@@ -61,10 +61,10 @@ class HeightPlan:
 
     @cached_property
     def _heights(self) -> list[float]:
-        return self.height_m.tolist()  # plain numbers: they are asked for forty times a second
+        return self.height_m.tolist()  # plain numbers: they are read forty times a second
 
     def at(self, along_m: float) -> float:
-        """Planned height [m] at a distance along the path; level beyond the ends."""
+        """Return the planned height [m] at a distance along the path; level beyond the ends."""
         heights = self._heights
         place = min(max((along_m - self.first_m) / STEP_M, 0.0), len(heights) - 1.0)
         index = min(int(place), len(heights) - 2)
@@ -72,17 +72,17 @@ class HeightPlan:
         return low + (place - index) * (high - low)
 
     def slope(self, along_m: float) -> float:
-        """Planned climb for each meter along the path."""
+        """Return the planned climb for each meter along the path."""
         return (self.at(along_m + STEP_M) - self.at(along_m - STEP_M)) / (2.0 * STEP_M)
 
 
 def ramps(target_m: np.ndarray, slope: np.ndarray | float, step_m: float) -> np.ndarray:
-    """The lowest profile that is nowhere below a target and nowhere steeper than a slope.
+    """Return the lowest profile that is nowhere below a target and nowhere steeper than a slope.
 
     Parameters
     ----------
     target_m : (n,)
-        Minus infinity where nothing is asked.
+        Minus infinity where there is no target.
     slope : float or (n,)
         At each point, or everywhere.
     step_m : float
@@ -102,7 +102,7 @@ def ramps(target_m: np.ndarray, slope: np.ndarray | float, step_m: float) -> np.
 
 
 def rounded(profile_m: np.ndarray, window_m: float, step_m: float) -> np.ndarray:
-    """Running mean with a raised-cosine window; the ends are continued level."""
+    """Smooth by a running mean with a raised-cosine window; the ends are continued level."""
     half = max(1, round(0.5 * window_m / step_m))
     weights = 1.0 + np.cos(np.pi * np.arange(-half, half + 1) / (half + 1))
     padded = np.pad(profile_m, half, mode="edge")
@@ -113,7 +113,7 @@ def rounded(profile_m: np.ndarray, window_m: float, step_m: float) -> np.ndarray
 
 
 def window_of(slope: float, speed_mps: float) -> float:
-    """Window [m] that keeps the vertical acceleration of a crest between two full ramps at ``VERTICAL_G``.
+    """Return the window [m] that keeps the vertical acceleration of a crest between two full ramps at ``VERTICAL_G``.
 
     The rounded crest bends by twice the slope times the window's peak, which is 2 / window.
     """
@@ -152,7 +152,7 @@ def plan_path(
     ground : Ground, optional
         Needed where a part is draped.
     alt_m : float
-        Height of parts that name none.
+        Height of parts that set none.
     climb_mps : float
         Largest climb and descent in the transits.
     speed_mps : float
@@ -225,7 +225,7 @@ def plan_path(
 
 
 def _places(path: Sequence[Element], along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """North and east (n, 2) at distances along a path, and the element that each lies on."""
+    """Return north and east (n, 2) at distances along a path, and the element of each."""
     places, elements = np.empty((len(along), 2)), np.empty(len(along), dtype=int)
     index, done = 0, 0.0
     for row, distance in enumerate(along.tolist()):
@@ -245,7 +245,7 @@ def _own_plan(target_m: np.ndarray, slope: np.ndarray, window_m: float) -> tuple
 
 
 def _held(rows: np.ndarray, transit: np.ndarray, speed_mps: float, window_m: float) -> np.ndarray:
-    """Rows at which a level part's height is held: its own, those in which it settles, and room for the rounding."""
+    """Return the rows at which a level part's height is held: its own, settling, and room for the rounding."""
     half = math.ceil(0.5 * window_m / STEP_M) + 1
     first = max(0, rows[0] - half - math.ceil(SETTLE_S * speed_mps / STEP_M))
     held = np.arange(first, min(len(transit), rows[-1] + half + 1))
@@ -262,7 +262,7 @@ def _check_transits(
     window_m: float,
     settle_m: float,
 ) -> None:
-    """Each transit must be long enough for its climb."""
+    """Check that each transit is long enough for its climb."""
     for number in range(1, len(ends)):
         before, after = ends[number - 1][1], ends[number][0]
         if before == after:
@@ -286,7 +286,7 @@ def _check_parts(
     planned: Sequence[tuple[int, np.ndarray, np.ndarray]],
     heights_of: Sequence[float | None],
 ) -> None:
-    """Each part must be flown at its own heights, whatever its neighbors and the ground between them ask."""
+    """Check that each part is planned at its own heights in spite of its neighbors and the ground between."""
     for number, rows, own in planned:
         off = float(np.abs(heights[rows] - own[rows]).max())
         if off > (HIGH_M if heights_of[number] is None else 0.1):

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from magsim.flight.tow.integration import swing
+from magsim.flight.tow.integration import integrate
 from tests.benchmarks.rows import Row, at_least
 from tests.support.ropes import bird_line
 from tests.support.tows import at_rest, moved
@@ -23,7 +23,7 @@ def cpu_s(work: Callable[[], object]) -> float:
 def fly(flights: int, seconds: float) -> None:
     """Fly a finned bird under a swaying hook, so many times together."""
     line, drive = bird_line(), moved(25.0, 1.5, 11.0)
-    swing(
+    integrate(
         [line] * flights,
         [at_rest(line, 25.0)] * flights,
         [drive] * flights,

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from magsim.flight.tow.chain import Line, ball
+from magsim.flight.tow.chain import Chain, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, at_most, stated, within
 from tests.support.ropes import ROPE, bird_line
@@ -36,7 +36,7 @@ def is_stable(links: int, step_hz: int, part: float) -> bool:
     link_m = ROPE.length_m / links
     limit_n = 2.0 * ROPE.mass_per_m * (link_m * step_hz) ** 2
     mass_kg = part * limit_n / G0 - ROPE.mass_per_m * (ROPE.length_m - 0.5 * link_m)
-    line = Line(ROPE, ball(mass_kg, 0.0), links)
+    line = Chain(ROPE, ball(mass_kg, 0.0), links)
     state, inner = at_rest(line, 1.0, 0.0), 3 * (links - 1)
     state[:inner].reshape(-1, 3)[:, 0] += 1e-4 * (-1.0) ** np.arange(links - 1)
     _, rows, _ = states(line, state, level(0.0, 0.0), seconds=60.0, step_hz=step_hz, log_hz=step_hz)

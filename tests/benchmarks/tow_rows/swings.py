@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth.gravity import SPIN_RADPS
-from magsim.flight.tow.chain import Line, ball
+from magsim.flight.tow.chain import Chain, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most, within
 from tests.support.ropes import ROPE, bird_line, compound_period, energy_j, flexible_period, lengths_m, point_line
@@ -26,7 +26,7 @@ STIFFNESS_N = 4e5
 """Of the elastic chain."""
 
 
-def pendulum_s(line: Line, angle_deg: float = 0.3) -> float:
+def pendulum_s(line: Chain, angle_deg: float = 0.3) -> float:
     """Period of a swing in vacuum, less what its size adds."""
     angle = math.radians(angle_deg)
     _, rows, _ = states(
@@ -41,7 +41,7 @@ def decays(mass_kg: float, drag_area_m2: float, speed_mps: float) -> tuple[float
     pull = mass_kg * G0 / math.cos(0.0 if speed_mps == 0.0 else _trail(mass_kg, drag_area_m2, speed_mps))
     part = 1.0 + pull / STIFFNESS_N
     rope = replace(ROPE, length_m=ROPE.length_m * part, mass_per_m=ROPE.mass_per_m / part)
-    line = Line(rope, ball(mass_kg, drag_area_m2))
+    line = Chain(rope, ball(mass_kg, drag_area_m2))
     state = tilted(line, at_rest(line, max(speed_mps, 1e-3)), math.radians(5.0))
     time, rows, _ = states(line, state, level(speed_mps), seconds=60.0, step_hz=120, log_hz=20)
     return decay(time, body_of(line, rows)[0][:, 1])
@@ -54,7 +54,7 @@ def _trail(mass_kg: float, drag_area_m2: float, speed_mps: float) -> float:
 
 def foucault_error_pct(links: int = 10) -> float:
     """Rate at which the plane of a small swing at the pole turns, against the Earth's: clockwise from above."""
-    line = Line(ROPE, ball(80.0, 0.0), links, (0.0, 0.0, SPIN_RADPS))
+    line = Chain(ROPE, ball(80.0, 0.0), links, (0.0, 0.0, SPIN_RADPS))
     # Earth-fixed axes: up is the third one
     state = tilted(line, tilted(line, at_rest(line, 1.0, 0.0), math.radians(1.0)), math.pi)
     air = np.array([0.0, 0.0, -G0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -69,14 +69,14 @@ def foucault_error_pct(links: int = 10) -> float:
     return 100.0 * abs(rate / -SPIN_RADPS - 1.0)
 
 
-def link_error_m(line: Line, step_hz: int = 60) -> float:
+def link_error_m(line: Chain, step_hz: int = 60) -> float:
     """Largest error of a link while the hook sways by 1.5 m at the swing's resonance for ten cycles."""
     _, rows, _ = states(line, at_rest(line, 25.0), moved(25.0, 1.5, 11.0), seconds=110.0, step_hz=step_hz, log_hz=10)
     length = line.rope.length_m / line.links
     return max(float(np.abs(lengths_m(line, row) - length).max()) for row in rows)
 
 
-def energy_drift(line: Line, step_hz: int = 60) -> float:
+def energy_drift(line: Chain, step_hz: int = 60) -> float:
     """Largest change of energy within 100 s after a release from 20 degrees in vacuum, over the swing's energy."""
     rest = at_rest(line, 1.0, 0.0)
     state = tilted(line, rest, math.radians(20.0))

@@ -10,7 +10,7 @@ from magsim.aircraft import Aircraft
 from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.loading import load_scenario
 from magsim.scenario import Scenario, ground_of
 from magsim.simulation import simulate
@@ -23,7 +23,7 @@ HILLS = {"kind": "fractal", "mean_m": 300.0, "relief_m": 400.0, "geoid_m": -20.0
 
 
 def test_jsbsim_knows_the_ground(cessna: Aircraft):
-    plant = Plant(cessna.facts, Setup(0.3, 0.5, 1000.0, 0.0, 75.0, ground_m=200.0))
+    plant = Plant(cessna.facts, PlantSetup(0.3, 0.5, 1000.0, 0.0, 75.0, ground_m=200.0))
     above = plant._fdm.get_property_manager().get_node("position/h-agl-ft").get_double_value
     plant.run(12)
     assert above() * FT == pytest.approx(plant.value("alt") - 200.0, abs=1.0)

@@ -17,7 +17,7 @@ from magsim.flight.model.aero import derivatives, inertia, lift_curve, stall_ang
 from magsim.flight.model.instance import load
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.rates import integrators_for, log_rate_hz
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.loading import load_scenario
 from magsim.planning import FlyableScenario
 from magsim.scenario import Scenario
@@ -130,7 +130,7 @@ def test_lowest_speed_keeps_clear_of_the_stall(drone: Aircraft) -> None:
 
 
 def test_trimmed_flight_stays_level(drone: Aircraft) -> None:
-    plant = Plant(drone.facts, Setup(lat_rad=0.7, lon_rad=2.1, alt_m=50.0, course=1.0, speed_mps=SPEED))
+    plant = Plant(drone.facts, PlantSetup(lat_rad=0.7, lon_rad=2.1, alt_m=50.0, course=1.0, speed_mps=SPEED))
     for _ in range(300):
         plant.run(12)
     assert plant.value("alt") == pytest.approx(50.0, abs=0.3)

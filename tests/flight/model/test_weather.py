@@ -16,9 +16,9 @@ from magsim.aircraft import Aircraft
 from magsim.errors import DataError
 from magsim.flight import fly
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.weather import Weather, drawn_gusts
-from magsim.flight.pilot.gusts import GustHands
+from magsim.flight.pilot.gusts import GustSchedule
 from magsim.scenario import Air, Gust, LinearShear, LogShear, RandomGusts, Scenario
 from magsim.trajectory import Flight
 from magsim.units import FT
@@ -38,7 +38,7 @@ GUSTY = {
 
 
 def plant(cessna: Aircraft, weather: Weather, alt_m: float = 3000.0, step_hz: int = 120) -> Plant:
-    return Plant(cessna.facts, Setup(0.3, 2.0, alt_m, 0.0, 75.0, WIND, step_hz=step_hz, weather=weather))
+    return Plant(cessna.facts, PlantSetup(0.3, 2.0, alt_m, 0.0, 75.0, WIND, step_hz=step_hz, weather=weather))
 
 
 def wind(flying: Plant) -> list[float]:
@@ -57,7 +57,7 @@ def test_gusts_have_their_form_at_every_rate_and_add_up(cessna: Aircraft, step_h
     third = Gust(at_s=6.5, duration_s=0.5, east_mps=4.0)
     weather = Weather(gusts=(third, second, first))
     assert weather.slots == ((first, third), (second,))
-    flying, hands = plant(cessna, weather, step_hz=step_hz), GustHands(weather)
+    flying, hands = plant(cessna, weather, step_hz=step_hz), GustSchedule(weather)
     hands.begin(0.0, flying.clock_s)
     rows = []
     for step in range(8 * step_hz):
@@ -139,7 +139,7 @@ def correlation(
     """
     found = []
     for seed in seeds:
-        setup = Setup(0.3, 2.0, alt_m, 0.0, 75.0, (0.0, 0.0), step_hz=60, weather=replace(weather, seed=seed))
+        setup = PlantSetup(0.3, 2.0, alt_m, 0.0, 75.0, (0.0, 0.0), step_hz=60, weather=replace(weather, seed=seed))
         flying = Plant(aircraft.facts, setup)
         rows = np.array([wind(flying) for _ in range(12 * seconds) if flying.run(5)])
         count = len(rows)

@@ -9,9 +9,9 @@ import pytest
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.errors import DataError, RequestError
 from magsim.flight import fly
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.trim import trim
-from magsim.flight.pilot.flaps import FlapHand, moving, runs_of
+from magsim.flight.pilot.flaps import FlapSchedule, moving, runs_of
 from magsim.loading import load_scenario
 from magsim.scenario import FlapMove, Scenario
 from magsim.trajectory import Flight
@@ -63,7 +63,7 @@ def test_moved_flaps_end_in_the_trim_of_flaps_that_were_set(cessna: Aircraft, fl
     leg = next(s for s in flapped.segments if s.leg == 1 and not s.turn)
     rows = (flapped.carrier.time_s > leg.stop_s - 8.0) & (flapped.carrier.time_s < leg.stop_s - 2.0)
     for flap_deg, pitch in ((10.0, flapped.carrier.attitude[rows, 1].mean()), (0.0, flapped.carrier.attitude[60, 1])):
-        setup = Setup(0.0, 0.0, 1000.0, 0.0, 60.0, flap_rad=math.radians(flap_deg))
+        setup = PlantSetup(0.0, 0.0, 1000.0, 0.0, 60.0, flap_rad=math.radians(flap_deg))
         assert math.degrees(pitch - trim(cessna.facts, setup).pitch) == pytest.approx(0.0, abs=0.15)
 
 
@@ -104,7 +104,7 @@ def test_runs_of_a_log() -> None:
 
 
 def test_the_last_of_two_settings_at_once_holds() -> None:
-    hand = FlapHand([FlapMove(deflection_deg=20.0, at_s=2.0), FlapMove(deflection_deg=5.0, leg=1, after_s=2.5)])
+    hand = FlapSchedule([FlapMove(deflection_deg=20.0, at_s=2.0), FlapMove(deflection_deg=5.0, leg=1, after_s=2.5)])
     hand.begin(60.0)
     assert hand.setting(61.9) is None
     hand.entered(1, 1, 60.0)
@@ -113,7 +113,7 @@ def test_the_last_of_two_settings_at_once_holds() -> None:
 
 
 def test_a_move_that_was_not_made_is_told() -> None:
-    hand = FlapHand([FlapMove(deflection_deg=10.0, leg=2, after_s=500.0)])
+    hand = FlapSchedule([FlapMove(deflection_deg=10.0, leg=2, after_s=500.0)])
     hand.begin(60.0)
     with pytest.raises(DataError, match=r"ended before flight.flaps\[0\], 10 deg at leg 2 of circuit 1 and 500 s;"):
         hand.check()

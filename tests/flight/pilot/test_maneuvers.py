@@ -11,7 +11,7 @@ from magsim.earth import ecef_from_geodetic
 from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.carriers.outcome import check_quiet
-from magsim.flight.pilot.trains import Sweep
+from magsim.flight.pilot.trains import SineTrain
 from magsim.loading import load_scenario
 from magsim.scenario import Scenario
 from magsim.trajectory import Flight
@@ -159,8 +159,8 @@ def test_every_pass_has_its_maneuvers_but_none_at_the_center(cloverleaf: Flight)
 
 def test_a_maneuver_near_a_center_is_told() -> None:
     entry = {"circuit": 1, "leg": 2, "time_s": 60.0}
-    fine = Sweep("roll", 1, 2, 30.0, 6.0, 3, 10.0, 3.0, 2.0)
-    late = Sweep("roll", 1, 2, 32.0, 6.0, 3, 10.0, 3.0, 2.0)
+    fine = SineTrain("roll", 1, 2, 30.0, 6.0, 3, 10.0, 3.0, 2.0)
+    late = SineTrain("roll", 1, 2, 32.0, 6.0, 3, 10.0, 3.0, 2.0)
     check_quiet(entry, [fine], 10.0)
     with pytest.raises(DataError, match=r"roll maneuver of leg 2, circuit 1 was flown 8\.0 s from the center"):
         check_quiet(entry, [late], 10.0)

@@ -17,17 +17,17 @@ from magsim.flight.model.aero import inertia
 from magsim.flight.model.airframe import PULLS, airframe_xml, model_files
 from magsim.flight.model.channels import CarrierState
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.tow import towing
-from magsim.flight.tow.coupled import Coupled
+from magsim.flight.tow.coupled import CoupledChain
 from magsim.flight.tow.towing import tow_bird
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Gusts, Scenario
 from magsim.trajectory import Flight
 from magsim.units import FT, LBF
 
-SETUP = Setup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
+SETUP = PlantSetup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
 SPEED_MPS, DENSITY = 55.0, 1.1116
 """Density of the standard atmosphere at 1000 m [kg/m^3]."""
 
@@ -93,9 +93,9 @@ def test_the_gusts_that_judge_the_bird_are_those_it_met(
     towed: Callable[..., Flight], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     met, judged = {}, []
-    gust, gusts_n = Coupled._gust, towing.gusts_n
+    gust, gusts_n = CoupledChain._gust, towing.gusts_n
 
-    def meet(self: Coupled, time_s: float) -> np.ndarray:
+    def meet(self: CoupledChain, time_s: float) -> np.ndarray:
         met[time_s] = gust(self, time_s)
         return met[time_s]
 
@@ -103,7 +103,7 @@ def test_the_gusts_that_judge_the_bird_are_those_it_met(
         judged.append((time_s - begun_s, gusts_n(gusts, time_s, begun_s, *more)))
         return judged[-1][1]
 
-    monkeypatch.setattr(Coupled, "_gust", meet)
+    monkeypatch.setattr(CoupledChain, "_gust", meet)
     monkeypatch.setattr(towing, "gusts_n", judge)
     towed({"gusts": {"speed_mps": 1.0}})
     ((since, found),) = judged

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from magsim.flight.tow import integration as module
-from magsim.flight.tow.chain import Line
-from magsim.flight.tow.equilibrium import Steady, hanging, steady
+from magsim.flight.tow.chain import Chain
+from magsim.flight.tow.equilibrium import Equilibrium, find_equilibrium, hanging_state
 from magsim.flight.tow.hook import EARTH_SPIN_E, Hook, gusts_n
-from magsim.flight.tow.integration import swing
-from magsim.flight.tow.motion import Swing
+from magsim.flight.tow.integration import integrate
+from magsim.flight.tow.motion import BirdMotion
 from magsim.scenario import Gusts
 from magsim.units import G0
 from tests.support.carriers import along_parallel
@@ -25,13 +25,13 @@ def hook_of(seed: int) -> Hook:
     return Hook(path, np.array([0.0, 0.0, 1.1]), 0.2 * gusts, gusts)
 
 
-def started(line: Line, hook: Hook) -> np.ndarray:
-    found = steady(line, 25.0, AIR)
+def started(line: Chain, hook: Hook) -> np.ndarray:
+    found = find_equilibrium(line, 25.0, AIR)
     assert found is not None
-    return hanging(line, found, hook.air(np.zeros(1))[0])
+    return hanging_state(line, found, hook.air(np.zeros(1))[0])
 
 
-def same(one: Swing, other: Swing) -> bool:
+def same(one: BirdMotion, other: BirdMotion) -> bool:
     return all(np.array_equal(a, b) for a, b in zip(astuple(one), astuple(other), strict=True))
 
 
@@ -41,9 +41,9 @@ def test_a_flight_has_the_same_bits_alone_in_a_batch_and_in_any_chunks(monkeypat
     hooks = [hook_of(seed) for seed in (1, 2, 3)]
     given = [started(line, hook) for line, hook in zip(lines, hooks, strict=True)]
     spans, rates = [50.0, 31.7, 44.0], {"start_s": 0.0, "step_hz": 120, "log_hz": 30}
-    together = swing(lines, given, [hook.air for hook in hooks], duration_s=spans, **rates)
+    together = integrate(lines, given, [hook.air for hook in hooks], duration_s=spans, **rates)
     for k, flown in enumerate(together):
-        (alone,) = swing([lines[k]], [given[k]], [hooks[k].air], duration_s=[spans[k]], **rates)
+        (alone,) = integrate([lines[k]], [given[k]], [hooks[k].air], duration_s=[spans[k]], **rates)
         assert same(flown, alone)
         assert len(flown.time_s) == int(spans[k] * 30) + 1
         assert flown.lost_s is None
@@ -51,15 +51,15 @@ def test_a_flight_has_the_same_bits_alone_in_a_batch_and_in_any_chunks(monkeypat
     # what is thrown away behind changes nothing before; other chunks neither
     for chunk_s in (0.1, 7.3, 100.0):
         monkeypatch.setattr(module, "CHUNK_S", chunk_s)
-        (cut,) = swing([lines[0]], [given[0]], [hooks[0].air], duration_s=[50.0], **rates)
+        (cut,) = integrate([lines[0]], [given[0]], [hooks[0].air], duration_s=[50.0], **rates)
         assert same(cut, together[0])
-    (short,) = swing([lines[0]], [given[0]], [hooks[0].air], duration_s=[20.0], **rates)
+    (short,) = integrate([lines[0]], [given[0]], [hooks[0].air], duration_s=[20.0], **rates)
     np.testing.assert_array_equal(short.place_m, together[0].place_m[:601])
 
 
 def test_rows_of_the_log_are_the_states_at_their_times() -> None:
     line, drive = bird_line(), moved(25.0, 1.5, 11.0)
-    (flown,) = swing([line], [at_rest(line, 25.0)], [drive], start_s=0.0, duration_s=[10.0], step_hz=120, log_hz=30)
+    (flown,) = integrate([line], [at_rest(line, 25.0)], [drive], start_s=0.0, duration_s=[10.0], step_hz=120, log_hz=30)
     time, rows, tension = states(line, at_rest(line, 25.0), drive, seconds=10.0, step_hz=120, log_hz=30)
     np.testing.assert_array_equal(flown.time_s, time)
     place, _ = body_of(line, rows)
@@ -84,26 +84,26 @@ def test_a_hook_that_falls_makes_the_rope_slack_when_it_does() -> None:
         out[:, 8] -= 1.2 * G0 * falling
         return out
 
-    (flown,) = swing([line], [at_rest(line, 20.0)], [drive], start_s=-5.0, duration_s=[8.5], step_hz=120, log_hz=30)
+    (flown,) = integrate([line], [at_rest(line, 20.0)], [drive], start_s=-5.0, duration_s=[8.5], step_hz=120, log_hz=30)
     assert flown.slack_s == pytest.approx(3.0, abs=0.02)
     assert flown.least_n < 0.0
-    (saved,) = swing([line], [at_rest(line, 20.0)], [drive], start_s=-5.0, duration_s=[8.0], step_hz=120, log_hz=30)
+    (saved,) = integrate([line], [at_rest(line, 20.0)], [drive], start_s=-5.0, duration_s=[8.0], step_hz=120, log_hz=30)
     assert saved.slack_s is None
     assert saved.least_n > 600.0
 
 
 def test_numbers_that_are_lost_are_told_and_rows_after_them_are_none() -> None:
     """Four fifths of the limit hold, 1.3 of it do not: 20 links of 1.5 m at 30 and at 60 steps a second."""
-    line = Line(ROPE, bird_line().body, 20)
+    line = Chain(ROPE, bird_line().body, 20)
     told = {"start_s": 0.0, "duration_s": [60.0], "log_hz": 30}
-    (lost,) = swing([line], [at_rest(line, 25.0)], [moved(25.0, 0.5, 7.0)], step_hz=30, **told)
+    (lost,) = integrate([line], [at_rest(line, 25.0)], [moved(25.0, 0.5, 7.0)], step_hz=30, **told)
     assert lost.lost_s is not None
     assert 0.0 < lost.lost_s < 60.0
     after = lost.time_s > lost.lost_s
     assert np.isfinite(lost.place_m[~after]).all()
     assert np.isnan(lost.place_m[after]).all()
     assert np.isnan(lost.tension_n[after]).all()
-    (kept,) = swing([line], [at_rest(line, 25.0)], [moved(25.0, 0.5, 7.0)], step_hz=60, **told)
+    (kept,) = integrate([line], [at_rest(line, 25.0)], [moved(25.0, 0.5, 7.0)], step_hz=60, **told)
     assert kept.lost_s is None
     assert np.isfinite(kept.place_m).all()
     assert kept.most_n < line.stable_tension_n(60)
@@ -111,7 +111,7 @@ def test_numbers_that_are_lost_are_told_and_rows_after_them_are_none() -> None:
 
 def test_progress_is_told_for_each_flight() -> None:
     line, shares = point_line(links=3), []
-    swing(
+    integrate(
         [line] * 4,
         [at_rest(line, 25.0)] * 4,
         [level(25.0)] * 4,
@@ -128,14 +128,14 @@ def test_progress_is_told_for_each_flight() -> None:
 def test_a_hanging_line_trails_along_the_wind_below_its_hook(heading: float) -> None:
     """In any direction of tow, with gravity that leans: aft along the flow, nose up by the pitch."""
     line = bird_line()
-    found = steady(line, 30.0, AIR)
-    assert isinstance(found, Steady)
+    found = find_equilibrium(line, 30.0, AIR)
+    assert isinstance(found, Equilibrium)
     air = level(30.0)(np.zeros(1))[0]
     cos, sin = np.cos(heading), np.sin(heading)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     for k in (0, 3, 6):
         air[k : k + 3] = turn @ air[k : k + 3]
-    state = hanging(line, found, air)
+    state = hanging_state(line, found, air)
     parts = parts_of(line, state)
     np.testing.assert_allclose(parts.place, turn @ [found.hang_m[0], 0.0, found.hang_m[1]], atol=1e-12)
     forward = [np.cos(found.pitch), 0.0, -np.sin(found.pitch)]
@@ -146,4 +146,4 @@ def test_a_hanging_line_trails_along_the_wind_below_its_hook(heading: float) -> 
 
 def test_a_rope_of_one_link_is_refused() -> None:
     with pytest.raises(ValueError, match="a rope of 1 links; at least 2 are needed"):
-        Line(ROPE, bird_line().body, 1)
+        Chain(ROPE, bird_line().body, 1)

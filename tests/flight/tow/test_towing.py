@@ -11,12 +11,12 @@ from magsim.aircraft import Bird, load_bird
 from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.earth.gravity import gravity_n
 from magsim.errors import DataError, RequestError
-from magsim.flight.tow.chain import Line, ball
-from magsim.flight.tow.equilibrium import hanging, steady
+from magsim.flight.tow.chain import Chain, ball
+from magsim.flight.tow.equilibrium import find_equilibrium, hanging_state
 from magsim.flight.tow.hook import EARTH_SPIN_E, Hook
-from magsim.flight.tow.integration import swing
-from magsim.flight.tow.motion import Swing
-from magsim.flight.tow.setup import line_of
+from magsim.flight.tow.integration import integrate
+from magsim.flight.tow.motion import BirdMotion
+from magsim.flight.tow.setup import chain_of
 from magsim.flight.tow.towing import rope_angles, tow_bird, trajectory
 from magsim.frames import body_rates, rot_nb_from_attitude, rotate
 from magsim.scenario import Tow
@@ -42,16 +42,16 @@ def bird() -> Bird:
     return load_bird("bird")
 
 
-def flown_under(path: Trajectory, line: Line, wind: tuple[float, ...] = (0.0, 0.0, 0.0)) -> tuple[Swing, Hook]:
+def flown_under(path: Trajectory, line: Chain, wind: tuple[float, ...] = (0.0, 0.0, 0.0)) -> tuple[BirdMotion, Hook]:
     """A line under a carrier, logged finely, in a steady wind."""
     wind_n = np.tile(wind, (len(path), 1))
     hook = Hook(path, np.array([0.0, 0.0, 1.1]), wind_n, np.zeros_like(wind_n))
     first = hook.air(path.time_s[:1])[0]
-    found = steady(line, float(np.linalg.norm(first[3:6])), float(first[9]))
+    found = find_equilibrium(line, float(np.linalg.norm(first[3:6])), float(first[9]))
     assert found is not None
     span = float(path.time_s[-1])
     told = {"start_s": 0.0, "duration_s": [span], "step_hz": FINE_HZ, "log_hz": FINE_HZ}
-    return swing([line], [hanging(line, found, first)], [hook.air], **told)[0], hook
+    return integrate([line], [hanging_state(line, found, first)], [hook.air], **told)[0], hook
 
 
 def towed(path: Trajectory, bird: Bird, *, wind: Callable | None = None, **tables: object) -> Flight:
@@ -61,7 +61,7 @@ def towed(path: Trajectory, bird: Bird, *, wind: Callable | None = None, **table
 def test_velocity_and_rates_are_the_derivatives_of_place_and_attitude(bird: Bird) -> None:
     """In a turn, from the log alone; the bird swings out of its straight flight."""
     path = circle(60.0, 28.0, 20.0, 9.8, seconds=30.0)
-    flown, hook = flown_under(path, line_of(Tow(), bird))
+    flown, hook = flown_under(path, chain_of(Tow(), bird))
     out = trajectory(flown, hook, (0.1, 0.0, 0.02))
     np.testing.assert_array_equal(out.reference_b, [0.1, 0.0, 0.02])
     inside = slice(60, -60)
@@ -77,7 +77,7 @@ def test_velocity_and_rates_are_the_derivatives_of_place_and_attitude(bird: Bird
 
 def test_bird_flies_below_and_behind_its_carrier_with_its_nose_along_the_course(bird: Bird) -> None:
     """East, west, north, south; the attitude counts from north and down at the bird's own place."""
-    line = line_of(Tow(), bird)
+    line = chain_of(Tow(), bird)
     for path in (along_parallel(40.0, 28.0), along_parallel(40.0, -28.0), along_meridian(-40.0, 28.0)):
         flown, hook = flown_under(path, line)
         out = trajectory(flown, hook, (0.0, 0.0, 0.0))
@@ -85,7 +85,7 @@ def test_bird_flies_below_and_behind_its_carrier_with_its_nose_along_the_course(
         off = np.degrees((out.attitude[:, 2] - course + np.pi) % (2.0 * np.pi) - np.pi)
         # Coriolis leans the line by some hundredths of a degree
         np.testing.assert_allclose(off, 0.0, atol=0.3)
-        found = steady(line, 28.0, float(hook.air(np.zeros(1))[0, 9]))
+        found = find_equilibrium(line, 28.0, float(hook.air(np.zeros(1))[0, 9]))
         assert found is not None
         np.testing.assert_allclose(out.attitude[:, 1], found.pitch, atol=math.radians(0.3))
         np.testing.assert_allclose(out.attitude[:, 0], 0.0, atol=math.radians(0.3))
@@ -100,7 +100,7 @@ def test_bird_flies_below_and_behind_its_carrier_with_its_nose_along_the_course(
 
 def test_angles_of_the_rope_are_aft_and_to_the_right_of_the_course(bird: Bird) -> None:
     """Wind to the east: the rope trails along the flow, so a course to the north has its bird to the right of it."""
-    line = line_of(Tow(), bird)
+    line = chain_of(Tow(), bird)
     for sign, path in ((1.0, along_meridian(10.0, 25.0, 30.0)), (-1.0, along_meridian(10.0, -25.0, 30.0))):
         flown, hook = flown_under(path, line, wind=(0.0, 8.0, 0.0))
         angles = rope_angles(flown, hook)
@@ -114,7 +114,7 @@ def test_in_a_steady_turn_the_bird_hangs_outward_by_the_bank() -> None:
     """Heavy, with little drag: along the apparent gravity, which the turn leans to the left of a right turn."""
     gravity, bank = float(gravity_n(math.radians(20.0), ALT_M)[2]), 20.0
     path = circle(20.0, 28.0, bank, gravity, seconds=200.0)
-    flown, hook = flown_under(path, Line(ROPE, ball(2000.0, 0.5), 10, EARTH_SPIN_E))
+    flown, hook = flown_under(path, Chain(ROPE, ball(2000.0, 0.5), 10, EARTH_SPIN_E))
     late = flown.time_s > 150.0
     side = np.degrees(rope_angles(flown, hook)["side_rad"])[late]
     # the rope itself widens the circle: tan = v^2 / (g r) (1 + L sin / r)
@@ -200,7 +200,7 @@ def test_a_bird_too_light_is_told_before_it_flies(bird: Bird) -> None:
 
 def test_place_of_the_bridle_is_where_the_angles_are_counted_to(bird: Bird) -> None:
     """The rope ends at the bridle, not at the center of gravity."""
-    path, line = along_parallel(5.0, 28.0, 5.0), line_of(Tow(), bird)
+    path, line = along_parallel(5.0, 28.0, 5.0), chain_of(Tow(), bird)
     flown, hook = flown_under(path, line)
     rot_ne = rot_ne_at(path.at(flown.time_s).lat_rad, path.at(flown.time_s).lon_rad)
     out = trajectory(flown, hook, (0.0, 0.0, 0.0))
