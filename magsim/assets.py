@@ -1,4 +1,4 @@
-"""Where the shipped aircraft, scenarios and data sets lie. Nothing is ever written there."""
+"""Locations of the shipped aircraft, scenarios and data sets. Nothing is ever written there."""
 
 import os
 from contextlib import suppress
@@ -20,12 +20,12 @@ BIRD_FILES = ("body.toml", "magnetics.toml")
 
 
 def list_aircraft() -> tuple[str, ...]:
-    """Names of the shipped aircraft, sorted."""
+    """Return the names of the shipped aircraft, sorted."""
     return _list(AIRCRAFT_FILES)
 
 
 def list_birds() -> tuple[str, ...]:
-    """Names of the shipped birds, sorted."""
+    """Return the names of the shipped birds, sorted."""
     return _list(BIRD_FILES)
 
 
@@ -35,30 +35,30 @@ def _list(files: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def aircraft_dir(name_or_path: str | Path, base: Path | None = None) -> Path:
-    """Folder of an aircraft: the name of a shipped one, or the path of one's own.
+    """Return the folder of an aircraft: the name of a shipped one, or a path.
 
     Parameters
     ----------
     name_or_path : str or Path
         Text with a slash in it is a path, such as ``./mine``; without one it is a name. A ``Path`` is a path.
     base : Path, optional
-        Where a relative path begins; the working folder if left out.
+        Folder that a relative path is relative to; by default the working folder.
 
     Raises
     ------
     RequestError
-        If there is no such aircraft: the message lists the names, or says what the folder lacks.
+        If there is no such aircraft: the message lists the names, or the files that the folder lacks.
     """
     return _vehicle_dir("aircraft", name_or_path, base, list_aircraft(), AIRCRAFT_FILES)
 
 
 def bird_dir(name_or_path: str | Path, base: Path | None = None) -> Path:
-    """Folder of a towed bird; see ``aircraft_dir``.
+    """Return the folder of a towed bird; see ``aircraft_dir``.
 
     Raises
     ------
     RequestError
-        If there is no such bird: the message lists the names, or says what the folder lacks.
+        If there is no such bird: the message lists the names, or the files that the folder lacks.
     """
     return _vehicle_dir("bird", name_or_path, base, list_birds(), BIRD_FILES)
 
@@ -79,7 +79,7 @@ def _vehicle_dir(
 
 def _own_vehicle(folder: Path, known: tuple[str, ...], files: tuple[str, ...]) -> Path:
     why = "there is no such folder"
-    # a path that is too long or holds a zero byte is not there
+    # a path that is too long or holds a zero byte does not exist
     with suppress(OSError, ValueError):
         if folder.is_dir():
             lacking = [file for file in files if not (folder / file).is_file()]
@@ -93,15 +93,15 @@ def _own_vehicle(folder: Path, known: tuple[str, ...], files: tuple[str, ...]) -
 
 
 def list_scenarios() -> tuple[str, ...]:
-    """Names of the shipped scenarios, sorted: ``calibration_c208b``, ``papers/000_simulated``."""
+    """Return the names of the shipped scenarios, sorted: ``calibration_c208b``, ``papers/000_simulated``."""
     folder = ROOT / "scenarios"
     return tuple(sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.toml")))
 
 
 def scenario_path(name_or_path: str | Path) -> Path:
-    """File of a scenario: a path, or the name of a shipped scenario with or without ``.toml``.
+    """Return the file of a scenario: a path, or the name of a shipped scenario with or without ``.toml``.
 
-    A file that is there wins over a shipped scenario of the same name.
+    An existing file takes precedence over a shipped scenario of the same name.
 
     Raises
     ------
@@ -128,12 +128,12 @@ def scenario_path(name_or_path: str | Path) -> Path:
 
 
 def list_datasets() -> tuple[str, ...]:
-    """Names of the shipped data sets, sorted: folders of ``datasets`` with a recipe."""
+    """Return the names of the shipped data sets, sorted: folders of ``datasets`` with a recipe."""
     return tuple(sorted(path.parent.name for path in (ROOT / "datasets").glob("*/recipe.toml")))
 
 
 def dataset_dir(name_or_path: str | Path) -> Path:
-    """Folder of a data set's recipe: the name of a shipped one, or the path of one's own.
+    """Return the folder of a data set's recipe: the name of a shipped one, or a path.
 
     Text with a slash in it is a path, such as ``./mine``; without one it is a name. A ``Path`` is a path.
 
@@ -147,7 +147,7 @@ def dataset_dir(name_or_path: str | Path) -> Path:
     if not own and name_or_path in known:
         return ROOT / "datasets" / name_or_path
     if own:
-        # a path that is too long or holds a zero byte is not there
+        # a path that is too long or holds a zero byte does not exist
         with suppress(OSError, ValueError):
             if (Path(name_or_path) / "recipe.toml").is_file():
                 return Path(name_or_path)

@@ -1,7 +1,7 @@
-"""THE table of recording columns: every name, its role, unit, frame and meaning, once.
+"""The table of recording columns: name, role, unit, frame and meaning of each, defined only here.
 
-A family is a name with fields in braces, ``mag_{sensor}_nt``. Sensors, surfaces and components are named by
-users and aircraft files with ``[a-z][a-z0-9_]*``; everything else is written here and nowhere else.
+A family is a name with fields in braces, ``mag_{sensor}_nt``. Users and aircraft files name sensors, feeders, buses
+and control surfaces, with ``[a-z][a-z0-9_]*``.
 """
 
 import re
@@ -13,16 +13,16 @@ ROLES = ("input", "label", "truth", "segment")
 """Roles in the order in which a file stores them."""
 
 NAME_PATTERN = r"[a-z][a-z0-9_]*"
-"""What a user may call a sensor, a mount or a surface."""
+"""Allowed names of sensors, mounts and control surfaces."""
 
 BACKGROUND = ("earth", "crust", "target", "variation")
-"""Parts of the field at a sensor that are there without the aircraft."""
+"""Parts of the field at a sensor that exist without the aircraft."""
 
 PLATFORM = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics", "carrier")
-"""Parts of the field at a sensor that the platform makes: the interference. ``carrier`` is felt in a towed bird."""
+"""Parts of the field at a sensor from the platform: the interference. ``carrier``: of the towing carrier, at a bird."""
 
 COMPONENTS = BACKGROUND + PLATFORM
-"""All parts; their sum is the whole field. A part that is off is absent from truth and from files."""
+"""All parts; their sum is the total field. A part that is switched off is absent from truth and from files."""
 
 AXES = ("x", "y", "z")
 
@@ -50,13 +50,13 @@ class Family:
     role : str
         One of ``ROLES``.
     unit : str
-        Unit of the values, ``"1"`` where there is none.
+        Unit of the values; ``"1"`` for numbers without unit.
     frame : str
         Frame suffix of the conventions page, or ``""``.
     meaning : str
         One sentence for people; stored in the file beside the column.
     alias_sgl : str
-        Pattern of the column's name in the SGL 2020 layout, or ``""``. Single columns have theirs in ``ALIASES_SGL``.
+        Pattern of the column's name in the SGL 2020 layout, or ``""``; ``ALIASES_SGL`` has those of single columns.
     """
 
     pattern: str
@@ -84,11 +84,11 @@ class Family:
         return re.compile(text)
 
     def name(self, **fields: str) -> str:
-        """Column name with the fields filled in."""
+        """Return the column name with the fields filled in."""
         return self.pattern.format(**fields)
 
     def match(self, name: str) -> dict[str, str] | None:
-        """Fields of a column name that belongs to this family, else None."""
+        """Return the fields of a column name of this family; None for another name."""
         found = self.regex.fullmatch(name)
         return None if found is None else found.groupdict()
 
@@ -97,11 +97,15 @@ TIME = "time_s"
 
 MAG = Family("mag_{sensor}_nt", "input", "nT", "", "Reading of a scalar magnetometer", "mag_{sensor}_uc")
 MAG_VALID = Family(
-    "mag_{sensor}_valid", "input", "1", "", "1 where the scalar magnetometer reads, 0 where it holds its last reading"
+    "mag_{sensor}_valid",
+    "input",
+    "1",
+    "",
+    "1 if the scalar magnetometer reads, 0 in a dropout, with the last reading repeated",
 )
 FLUX = Family("flux_{sensor}_{axis}_nt", "input", "nT", "s", "Reading of a fluxgate axis", "flux_{sensor}_{axis}")
 INS_ATTITUDE = Family(
-    "ins_{angle}_deg", "input", "deg", "", "Attitude, WGS-84 position from the INS; heading in [0, 360)"
+    "ins_{angle}_deg", "input", "deg", "", "Attitude and WGS-84 position from the INS; heading in [0, 360)"
 )
 INS_VELOCITY = Family("ins_v{direction}_mps", "input", "m/s", "n", "Velocity from the INS: n north, e east, d down")
 INS_ALTITUDE = Family("ins_alt_m", "input", "m", "", "Height above the WGS-84 ellipsoid from the INS")
@@ -116,44 +120,62 @@ INS_RATE = Family(
     "ins_rate_{axis}_dps", "input", "deg/s", "b", "Angular rate from the gyros of the INS, relative to inertial space"
 )
 BARO_ALTITUDE = Family(
-    "baro_alt_m", "input", "m", "", "Height by the barometer: of the standard atmosphere, geopotential", "baro"
+    "baro_alt_m", "input", "m", "", "Barometric height: geopotential, in the standard atmosphere", "baro"
 )
-BARO_PRESSURE = Family("baro_pa", "input", "Pa", "", "Static pressure by the barometer")
-RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground by the radar altimeter; -1 without echo")
+BARO_PRESSURE = Family("baro_pa", "input", "Pa", "", "Static pressure from the barometer")
+RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground from the radar altimeter; -1 without echo")
 BASE = Family("base_{sensor}_nt", "input", "nT", "", "Reading of a base station, a scalar magnetometer on the ground")
-CURRENT = Family("cur_{circuit}_a", "input", "A", "", "Current of a circuit by its own sensor")
-VOLTAGE = Family("vol_{bus}_v", "input", "V", "", "Voltage of a bus by its own voltmeter")
+CURRENT = Family("cur_{feeder}_a", "input", "A", "", "Current of a feeder, from its own sensor")
+VOLTAGE = Family("vol_{bus}_v", "input", "V", "", "Voltage of a bus, from its own voltmeter")
 SURFACE = Family("surface_{surface}_deg", "input", "deg", "", "Deflection of a control surface about its hinge")
 
 INTERFERENCE = Family(
-    "interference_{sensor}_nt", "label", "nT", "", "Noise-free interference: norm with minus norm without aircraft"
+    "interference_{sensor}_nt",
+    "label",
+    "nT",
+    "",
+    "Noise-free interference: field strength with minus without the aircraft",
 )
 PROJECTION = Family(
-    "projection_{sensor}_nt", "label", "nT", "", "Noise-free interference vector along the background's direction"
+    "projection_{sensor}_nt",
+    "label",
+    "nT",
+    "",
+    "Noise-free interference: the platform's field along the direction of the background",
 )
 
-CLEAN = Family("clean_{sensor}_nt", "truth", "nT", "", "Background field at the sensor without the aircraft, norm")
-TOTAL = Family("total_{sensor}_nt", "truth", "nT", "", "Whole field at the sensor without instrument errors, norm")
+CLEAN = Family(
+    "clean_{sensor}_nt", "truth", "nT", "", "Strength of the background field at the sensor, without the aircraft"
+)
+TOTAL = Family(
+    "total_{sensor}_nt", "truth", "nT", "", "Strength of the total field at the sensor, without instrument errors"
+)
 SWING = Family(
     "swing_{sensor}_nt",
     "truth",
     "nT",
     "",
-    "Change of the background because a towed sensor leaves its smooth track (below 0.03 Hz): clean minus norm there",
+    "Change of the background as a towed sensor leaves its smooth track (below 0.03 Hz): clean minus strength there",
 )
-ERROR = Family("error_{sensor}_nt", "truth", "nT", "", "Instrument error of a scalar magnetometer: reading minus norm")
+ERROR = Family(
+    "error_{sensor}_nt",
+    "truth",
+    "nT",
+    "",
+    "Instrument error of a scalar magnetometer: reading minus total field strength",
+)
 FLUX_ERROR = Family(
     "fluxerror_{sensor}_{axis}_nt",
     "truth",
     "nT",
     "",
-    "Error of a fluxgate: reading of its axis minus the whole field along that axis of the body",
+    "Error of a fluxgate: reading of its axis minus the total field along that axis of the body",
 )
 PART = Family("{component}_{sensor}_{axis}_nt", "truth", "nT", "b", "One part of the field at a sensor, body axes")
 TRUE_BASE = Family(
-    "true_base_{sensor}_nt", "truth", "nT", "", "Field at the base station without instrument error, norm"
+    "true_base_{sensor}_nt", "truth", "nT", "", "Field strength at the base station, without instrument error"
 )
-TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude, WGS-84 position; heading in [0, 360)")
+TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude and WGS-84 position; heading in [0, 360)")
 TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
 TRUE_ACCELERATION = Family(
     "true_acc_{axis}_mps2",
@@ -171,19 +193,25 @@ TRUE_MSL = Family("true_msl_m", "truth", "m", "", "True height above mean sea le
 TRUE_AGL = Family("true_agl_m", "truth", "m", "", "True height above the ground straight below")
 TRUE_GROUND = Family("true_ground_m", "truth", "m", "", "Height of the ground below, above the WGS-84 ellipsoid")
 TRUE_WIND = Family(
-    "true_wind_{direction}_mps", "truth", "m/s", "n", "Motion of the air over ground, turbulence included: n, e, d"
+    "true_wind_{direction}_mps", "truth", "m/s", "n", "Velocity of the air over ground, turbulence included: n, e, d"
 )
 
 CARRIER_ATTITUDE = Family(
-    "carrier_{angle}_deg", "input", "deg", "", "Attitude, WGS-84 position of a towing carrier from its own INS"
+    "carrier_{angle}_deg", "input", "deg", "", "Attitude and WGS-84 position of a towing carrier from its own INS"
 )
 CARRIER_VELOCITY = Family("carrier_v{direction}_mps", "input", "m/s", "n", "Velocity of a towing carrier from its INS")
-CARRIER_ALTITUDE = Family("carrier_alt_m", "input", "m", "", "Height of a towing carrier above the ellipsoid, its INS")
+CARRIER_ALTITUDE = Family(
+    "carrier_alt_m", "input", "m", "", "Height of a towing carrier above the WGS-84 ellipsoid from its INS"
+)
 TRUE_CARRIER_ATTITUDE = Family(
-    "true_carrier_{angle}_deg", "truth", "deg", "", "True attitude, WGS-84 position of a towing carrier"
+    "true_carrier_{angle}_deg", "truth", "deg", "", "True attitude and WGS-84 position of a towing carrier"
 )
 TRUE_CARRIER_RATE = Family(
-    "true_carrier_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate of a towing carrier to the local frame"
+    "true_carrier_rate_{axis}_dps",
+    "truth",
+    "deg/s",
+    "b",
+    "True angular rate of a towing carrier relative to the local frame",
 )
 TRUE_CARRIER_VELOCITY = Family(
     "true_carrier_v{direction}_mps", "truth", "m/s", "n", "True velocity of a towing carrier: n, e, d"
@@ -196,7 +224,7 @@ TRUE_ROPE_ANGLE = Family(
     "truth",
     "deg",
     "",
-    "Angle of the line from hook to bridle to the vertical, along the course: trail aft, side to the right",
+    "Angle from the vertical to the direction from hook to bridle, seen along the course: trail aft, side to the right",
 )
 TRUE_ROPE_TENSION = Family("true_rope_tension_n", "truth", "N", "", "Tension of the rope at the hook")
 
@@ -304,12 +332,12 @@ ALIASES_SGL: Mapping[str, str] = {
 }
 """Electrical channels of the SGL 2020 layout (MagNav.jl, readme of the 2020 data): our column, their name.
 
-An aircraft that has such a circuit or bus gives it the name that stands here.
+An aircraft with such a feeder or bus uses the name that is given here.
 """
 
 
 def alias_sgl(name: str) -> str:
-    """Name of a column in the SGL 2020 layout, or ``""`` where it has none."""
+    """Return the name of a column in the SGL 2020 layout; ``""`` if it has none."""
     if name in ALIASES_SGL:
         return ALIASES_SGL[name]
     family = find(name)
@@ -318,12 +346,12 @@ def alias_sgl(name: str) -> str:
 
 @lru_cache(maxsize=4096)
 def find(name: str) -> Family | None:
-    """Family that a column name belongs to, or None. The first family of the table that matches wins."""
+    """Return the family of a column name: the first of the table that matches; None if there is none."""
     return next((family for family in FAMILIES if family.match(name) is not None), None)
 
 
-def role_of(name: str) -> str:
-    """Role of a column.
+def family_of(name: str) -> Family:
+    """Return the family of a column.
 
     Raises
     ------
@@ -334,16 +362,27 @@ def role_of(name: str) -> str:
     if family is None:
         msg = f"no column family has the name {name!r}"
         raise KeyError(msg)
-    return family.role
+    return family
+
+
+def role_of(name: str) -> str:
+    """Return the role of a column.
+
+    Raises
+    ------
+    KeyError
+        If no family has that name.
+    """
+    return family_of(name).role
 
 
 def sensors_of(names: Iterable[str], family: Family) -> tuple[str, ...]:
-    """Names of the sensors that have a column of the given family, in order of appearance."""
+    """Return the names of the sensors that have a column of a family, in order of appearance."""
     found = (family.match(name) for name in names)
     return tuple(dict.fromkeys(fields["sensor"] for fields in found if fields is not None))
 
 
 def components_of(names: Iterable[str], sensor: str) -> tuple[str, ...]:
-    """Parts of the field that have columns at a sensor, in the order of ``COMPONENTS``."""
+    """Return the parts of the field that have columns at a sensor, in the order of ``COMPONENTS``."""
     names = set(names)
     return tuple(c for c in COMPONENTS if PART.name(component=c, sensor=sensor, axis="x") in names)

@@ -1,4 +1,4 @@
-"""Reading a file that a user named: the one place that says why there is nothing to read."""
+"""Reading of files that users name, with one set of error messages."""
 
 from pathlib import Path
 
@@ -6,17 +6,17 @@ from magsim.errors import RequestError
 
 
 def first_bytes(path: Path, most_bytes: int, *, kind: str, source: str | None = None) -> bytes:
-    """Bytes of a regular file, as many as there are up to a limit.
+    """Return the bytes of a regular file, up to a limit.
 
     Parameters
     ----------
     path : Path
     most_bytes : int
-        Limit. Whoever wants the whole file asks for one byte more than is allowed and looks whether it came.
+        Limit. To read a whole file of a bounded size, ask for one byte more than is allowed and check the length.
     kind : str
-        What was looked for, with its article, for the message about a folder.
+        Kind of file that was expected, with its article, for the message about a folder.
     source : str, optional
-        What the messages call the file; its path without.
+        Name of the file in messages; by default its path.
 
     Raises
     ------

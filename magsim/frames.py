@@ -1,6 +1,6 @@
-"""Rotations between the frames of the conventions page, for arrays of attitudes.
+"""Rotations between the frames of the conventions page (``magsim/__init__.py``), for arrays of attitudes.
 
-Attitude is ``(..., 3)`` [rad]: roll, pitch, heading, turned in the order heading (z), pitch (y), roll (x).
+Attitude is ``(..., 3)`` [rad]: roll, pitch, heading, applied in the order heading (z), pitch (y), roll (x).
 A quaternion is ``(..., 4)``, scalar first; ``quaternion_product`` chains two as matrices are chained.
 """
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def rot_nb_from_attitude(attitude: np.ndarray) -> np.ndarray:
-    """Rotation from body to north-east-down axes.
+    """Return the rotation from body to north-east-down axes.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def rot_nb_from_attitude(attitude: np.ndarray) -> np.ndarray:
 
 
 def attitude_from_rot_nb(rot_nb: np.ndarray) -> np.ndarray:
-    """Roll, pitch, heading [rad] of ``(..., 3, 3)`` rotations; heading in (-pi, pi], pitch in [-pi/2, pi/2]."""
+    """Return roll, pitch, heading [rad] of ``(..., 3, 3)`` rotations; heading in (-pi, pi], pitch in [-pi/2, pi/2]."""
     rot_nb = np.asarray(rot_nb, dtype=float)
     return np.stack(
         [
@@ -52,7 +52,7 @@ def attitude_from_rot_nb(rot_nb: np.ndarray) -> np.ndarray:
 
 
 def quaternion_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Hamilton's product of ``(..., 4)`` quaternions, which belongs to the product of their rotation matrices."""
+    """Return Hamilton's product of ``(..., 4)`` quaternions, that of the product of their rotation matrices."""
     w, x, y, z = np.moveaxis(first, -1, 0)
     a, b, c, d = np.moveaxis(second, -1, 0)
     return np.stack(
@@ -67,12 +67,12 @@ def quaternion_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def quaternion_inverse(quaternion: np.ndarray) -> np.ndarray:
-    """Quaternions ``(..., 4)`` of the inverse rotations; those of length 1 stay so."""
+    """Return the quaternions ``(..., 4)`` of the inverse rotations; unit length is preserved."""
     return quaternion * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def quaternion_nb_from_attitude(attitude: np.ndarray) -> np.ndarray:
-    """Quaternion of ``rot_nb``.
+    """Return the quaternion of ``rot_nb``.
 
     Parameters
     ----------
@@ -98,11 +98,11 @@ def quaternion_nb_from_attitude(attitude: np.ndarray) -> np.ndarray:
 
 
 def attitude_from_quaternion_nb(quaternion: np.ndarray) -> np.ndarray:
-    """Attitude that belongs to a quaternion of ``rot_nb``.
+    """Return the attitude of a quaternion of ``rot_nb``.
 
     The quaternion of an attitude gives half the sum and half the difference of heading and roll as angles in two
-    planes, and the pitch by the lengths there: nothing is lost near the vertical, where heading and roll are not
-    known apart but together. Bernardes and Viollet, PLOS ONE 17 (2022) e0276302, have this for all sequences.
+    planes, and the pitch by the lengths there: accurate near the vertical too, where only the sum or difference of
+    heading and roll is defined. Bernardes and Viollet, PLOS ONE 17 (2022) e0276302, treat all sequences.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def attitude_from_quaternion_nb(quaternion: np.ndarray) -> np.ndarray:
 
 
 def body_rates(attitude: np.ndarray, attitude_rate: np.ndarray) -> np.ndarray:
-    """Angular rate of the body relative to the local axes, in body axes, of a changing attitude.
+    """Return the angular rate of the body relative to the local axes, in body axes, of a changing attitude.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def rotate_back(rot: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def rotate_about(axis: np.ndarray, angle: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Turn one vector about a fixed unit axis by many angles, right-hand rule (Rodrigues).
+    """Rotate one vector about a fixed unit axis by many angles, right-hand rule (Rodrigues).
 
     Parameters
     ----------
@@ -180,14 +180,14 @@ def wrap_pi(angle: np.ndarray | float) -> np.ndarray | float:
 
 
 def turned_back(rotation: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors in axes that have been turned by rotation vectors (Rodrigues, by the negative angle).
+    """Return vectors in axes that were rotated by rotation vectors (Rodrigues, by the negative angle).
 
     Parameters
     ----------
     rotation : (n, 3) [rad]
-        Axis times angle, in the axes before the turn.
+        Axis times angle, in the axes before the rotation.
     vectors : (n, 3)
-        In the axes before the turn.
+        In the axes before the rotation.
 
     Returns
     -------

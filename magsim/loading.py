@@ -1,4 +1,4 @@
-"""A scenario with all that it refers to, read from its files."""
+"""Scenarios read from their files, together with everything that they refer to."""
 
 import hashlib
 import json
@@ -21,7 +21,7 @@ from magsim.terrain import Grid, Ground
 
 @dataclass(frozen=True)
 class LoadedScenario:
-    """A scenario with all that it refers to: what ``simulate`` takes.
+    """A scenario with all that it refers to, ready to be flown.
 
     Attributes
     ----------
@@ -32,15 +32,17 @@ class LoadedScenario:
     text : str
         The scenario file as it was read.
     overrides : tuple of str
-        ``key.path=value`` settings that were laid over the text.
+        ``key.path=value`` settings that were applied on top of the text.
     ground : Ground, optional
-        What ``[terrain]`` means; None without it.
+        The surface that ``[terrain]`` describes; None without it.
     track : TrackLog, optional
         The logged track that a pattern ``track`` flies.
-    bird : Bird, optional
-        What is towed.
     document : Document, optional
         The file, for messages that name a line of it.
+    bird : Bird, optional
+        The towed bird.
+    folder : Path, optional
+        Folder of the file, where relative paths in it begin.
     """
 
     name: str
@@ -52,10 +54,36 @@ class LoadedScenario:
     track: TrackLog | None = None
     document: Document | None = None
     bird: Bird | None = None
+    folder: Path | None = None
 
     def placed(self, text: str) -> str:
-        """A message that begins with a key of the scenario, with file and line; any other as it is."""
+        """Return a message that begins with a key of the scenario with file and line; any other unchanged."""
         return text if self.document is None else self.document.placed(text)
+
+    def changed(self, overrides: Sequence[str]) -> "LoadedScenario":
+        """Return the scenario with further overrides on top of its own.
+
+        Its aircraft is kept unless an override names another one; other files are read again.
+
+        Parameters
+        ----------
+        overrides : sequence of str
+            ``key.path=value`` settings.
+
+        Raises
+        ------
+        RequestError
+            If anything is wrong, or the scenario was not read from a file.
+        """
+        if not overrides:
+            return self
+        if self.document is None or self.folder is None:
+            msg = f"{self.name}: was not read from a file; allowed: without further settings"
+            raise RequestError(msg)
+        overrides = (*self.overrides, *overrides)
+        document = config.parse(self.text, overrides=overrides, source=self.document.source)
+        renamed = any(override.path == ("aircraft",) for override in document.overrides[len(self.document.overrides) :])
+        return _loaded(document, self.name, self.folder, overrides, None if renamed else self.aircraft)
 
     @cached_property
     def digest(self) -> str:
@@ -86,7 +114,7 @@ def load_scenario(
     name_or_path : str or Path
         A TOML file, or the name of a shipped scenario with or without ``.toml``.
     overrides : sequence of str
-        ``key.path=value`` settings that are laid over the file.
+        ``key.path=value`` settings that are applied on top of the file.
     aircraft : Aircraft, optional
         Flies instead of the one that the scenario names.
 
@@ -101,34 +129,53 @@ def load_scenario(
         If anything is wrong: one line for each problem, with file and line.
     """
     path = assets.scenario_path(name_or_path)
-    document = config.read(path, overrides=overrides)
-    aircraft, problems = (aircraft, ()) if aircraft is not None else _aircraft_of(document, path.parent)
-    also = [("aircraft", problem) for problem in problems]
+    return _loaded(config.read(path, overrides=overrides), path.stem, path.parent, overrides, aircraft)
+
+
+def _loaded(
+    document: Document, name: str, folder: Path, overrides: Sequence[str], aircraft: Aircraft | None
+) -> LoadedScenario:
+    """Return a scenario with everything that its document refers to; files are read from its folder."""
+    also: list[tuple[str, str]] = []
+    if aircraft is None:
+        aircraft, problems = _aircraft_of(document, folder)
+        also += [("aircraft", problem) for problem in problems]
     if aircraft is not None:
-        document.table["aircraft"] = aircraft.name  # its files count in the digest, not where they lie
-    bird, problems = _bird_of(document, path.parent)
+        document.table["aircraft"] = aircraft.name  # its files count in the digest, not their place
+    bird, problems = _bird_of(document, folder)
     also += [("tow.bird", problem) for problem in problems]
-    track, problems = _track_of(document.table, path.parent, aircraft)
+    track, problems = _track_of(document.table, folder, aircraft)
     also += [("pattern.file", problem) for problem in problems]
     context = {"aircraft": aircraft, "bird": bird}
     scenario = document.validate(FlyableScenario, context=context, also=also)
-    assert aircraft is not None  # else validate had told a problem
+    assert aircraft is not None  # else validate had raised
     ground = None
     try:
-        ground = ground_of(scenario.terrain, scenario.start, scenario.seed, path.parent)
+        ground = ground_of(scenario.terrain, scenario.start, scenario.seed, folder)
     except RequestError as error:
         document.validate(FlyableScenario, context=context, also=[("terrain.file", str(error))])
-    return LoadedScenario(path.stem, scenario, aircraft, document.text, tuple(overrides), ground, track, document, bird)
+    return LoadedScenario(
+        name,
+        scenario,
+        aircraft,
+        document.text,
+        tuple(overrides),
+        ground=ground,
+        track=track,
+        document=document,
+        bird=bird,
+        folder=folder,
+    )
 
 
 def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Sequence[str]]:
-    """The aircraft that a scenario names, with what is wrong in its files.
+    """Return the aircraft that a scenario names, and the problems of its files.
 
-    A path in the file begins where the file lies; one that is set on the command line, in the working folder.
+    A path in the file begins in the folder of the file; one that is set on the command line, in the working folder.
     """
     name = document.table.get("aircraft")
     if not isinstance(name, str):
-        return None, ()  # told with everything else that is wrong in the scenario
+        return None, ()  # reported with everything else that is wrong in the scenario
     try:
         return load_aircraft(name, _base(document, ("aircraft",), folder)), ()
     except RequestError as error:
@@ -136,14 +183,16 @@ def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Seq
 
 
 def _base(document: Document, key: tuple[str, ...], folder: Path) -> Path | None:
-    """Where a path under a key begins: where the file lies, or the working folder for one of the command line."""
+    """Return where a path under a key begins: the file's folder, or the working folder (None) for an override."""
     return None if any(override.path == key for override in document.overrides) else folder
 
 
 def _bird_of(document: Document, folder: Path) -> tuple[Bird | None, Sequence[str]]:
-    """The bird that a scenario tows, with what is wrong in its files; see ``_aircraft_of``."""
+    """Return the bird that a scenario tows, and the problems of its files; see ``_aircraft_of``."""
     table = document.table.get("tow")
-    name = table.get("bird", Tow.model_fields["bird"].default) if isinstance(table, dict) else None
+    if not isinstance(table, dict):
+        return None, ()
+    name = table.get("bird", Tow.model_fields["bird"].default)
     if not isinstance(name, str):
         return None, ()
     try:
@@ -156,23 +205,25 @@ def _bird_of(document: Document, folder: Path) -> tuple[Bird | None, Sequence[st
 
 def _track_of(
     table: dict[str, object], folder: Path, aircraft: Aircraft | None
-) -> tuple[TrackLog | None, tuple[str, ...]]:
-    """The track that a scenario names, with what is wrong in its file.
+) -> tuple[TrackLog | None, Sequence[str]]:
+    """Return the track that a scenario names, and the problems of its file.
 
-    What ``[start]`` leaves out of place, height, speed and heading is filled from the track.
+    Place, height, speed and heading that ``[start]`` leaves out are filled from the track.
     """
     pattern, start = table.get("pattern"), table.setdefault("start", {})
     if not isinstance(pattern, dict) or pattern.get("kind") != "track" or not isinstance(start, dict):
         return None, ()
-    track, problems, settings = None, (), None
+    track: TrackLog | None = None
+    problems: Sequence[str] = ()
+    settings: TrackPattern | None = None
     try:
         settings = TrackPattern.model_validate(pattern)
         track = read_track(settings, folder)
     except ValidationError:
-        pass  # told with everything else that is wrong in the scenario
+        pass  # reported with everything else that is wrong in the scenario
     except TrackProblemsError as error:
         problems = error.lines
-    # What the file would have said is not told as missing where its settings are wrong.
+    # Keys of [start] that the file would have given are not reported as missing where its settings are wrong.
     if track is not None or problems or settings is None:
         for name, value in start_of(track, aircraft).items():
             start.setdefault(name, value)

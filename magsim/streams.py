@@ -1,4 +1,4 @@
-"""Random streams by name: every consumer has its own, so adding one never changes another."""
+"""Named random streams: each purpose has its own, so adding one never changes another."""
 
 import hashlib
 
@@ -6,14 +6,14 @@ import numpy as np
 
 
 def stream(seed: int, name: str) -> np.random.Generator:
-    """Independent random generator for one purpose.
+    """Return an independent random generator for one purpose.
 
     Parameters
     ----------
     seed : int
         The scenario's seed, 0 or larger.
     name : str
-        What the numbers are for, for example ``"scalar/cabin/noise"``.
+        Purpose of the numbers, for example ``"scalar/cabin/noise"``.
 
     Returns
     -------
@@ -26,5 +26,5 @@ def stream(seed: int, name: str) -> np.random.Generator:
 
 
 def integer_seed(seed: int, name: str) -> int:
-    """Integer in [1, 2^31) for a library that wants a plain seed (JSBSim's turbulence)."""
+    """Return an integer in [1, 2^31), for libraries with plain seeds (JSBSim's turbulence)."""
     return int(stream(seed, name).integers(1, 2**31))

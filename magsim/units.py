@@ -1,4 +1,4 @@
-"""Constants: physical, geometric and conversion factors. Nothing here computes."""
+"""Physical and geometric constants, and conversion factors."""
 
 MU0 = 1.25663706127e-6
 """Vacuum permeability [H/m], CODATA 2022."""

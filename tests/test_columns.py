@@ -7,7 +7,7 @@ from magsim import columns
 names = st.from_regex(columns.NAME_PATTERN, fullmatch=True).filter(lambda name: len(name) <= 40)
 FIELDS = {
     "sensor": names,
-    "circuit": names,
+    "feeder": names,
     "bus": names,
     "surface": names,
     "component": st.sampled_from(columns.COMPONENTS),

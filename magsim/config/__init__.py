@@ -14,10 +14,24 @@ from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from magsim.config.document import Document, parse, read, value_of
+from magsim.config.document import Document, parse, read
+from magsim.config.overrides import overrides_of
 from magsim.config.problems import Problems
+from magsim.config.toml import value_of
 
-__all__ = ["Document", "Name", "Numbers", "Problems", "Strict", "Vector", "load", "parse", "read", "value_of"]
+__all__ = [
+    "Document",
+    "Name",
+    "Numbers",
+    "Problems",
+    "Strict",
+    "Vector",
+    "load",
+    "overrides_of",
+    "parse",
+    "read",
+    "value_of",
+]
 
 
 class Strict(BaseModel):

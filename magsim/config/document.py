@@ -1,8 +1,6 @@
 """A TOML text with overrides: read, parsed, validated, and every problem told with its place."""
 
 import copy
-import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,8 +9,8 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from magsim.config import keys
-from magsim.config.schema import did_you_mean, show_value
+from magsim.config import keys, toml
+from magsim.config.overrides import Override, apply, read_override
 from magsim.config.wording import Complaint, complaints
 from magsim.errors import RequestError
 from magsim.files import first_bytes
@@ -23,20 +21,7 @@ MAX_BYTES = 1_000_000
 MAX_LINES = 100
 """Most problems that are told at once."""
 
-_DEEP_KEY = re.compile(r"""(?<![\w\-"'.])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}""")
-_LONG_NUMBER = re.compile(r"[0-9][0-9_]{4000}")
-_WHERE = re.compile(r" \((?:at line (\d+), column (\d+)|at end of document)\)$")
-
 M = TypeVar("M", bound=BaseModel)
-
-
-@dataclass(frozen=True)
-class Override:
-    """One ``key.path=value`` setting."""
-
-    text: str
-    path: keys.Path
-    value: object
 
 
 @dataclass(frozen=True)
@@ -201,102 +186,21 @@ def parse(text: str, *, overrides: Sequence[str] = (), source: str = "<text>") -
     problems, settings = [], []
     for override in overrides:
         try:
-            settings.append(_read_override(override))
+            settings.append(read_override(override))
         except RequestError as error:
             problems.append(str(error))
     try:
-        table = _loads(text)
+        table = toml.loads(text)
     except ValueError as error:
-        raise RequestError(_joined([_syntax(str(error), text, source), *problems])) from None
+        raise RequestError(_joined([toml.syntax_problem(str(error), text, source), *problems])) from None
     applied = []
     for setting in settings:
         try:
-            _apply(table, setting)
+            apply(table, setting)
             applied.append(setting)
         except RequestError as error:
             problems.append(str(error))
     return Document(source, text, table, tuple(applied), tuple(problems))
-
-
-def _loads(text: str) -> dict[str, object]:
-    """The table of a TOML text. A ValueError of tomllib or ours tells what is wrong and where.
-
-    Two things that tomllib takes too long or too hard are refused before: keys of very many parts, which cost it
-    quadratic time, and numbers of thousands of digits.
-    """
-    for pattern, what in ((_DEEP_KEY, "A key has more than 40 dotted parts"), (_LONG_NUMBER, "A number is too long")):
-        found = pattern.search(text)
-        if found is not None:
-            line = text.count("\n", 0, found.start()) + 1
-            msg = f"{what} (at line {line}, column {found.start() - text.rfind(chr(10), 0, found.start())})"
-            raise ValueError(msg)
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        msg = "Lists or tables are nested too deep (at end of document)"
-        raise ValueError(msg) from None
-
-
-def _syntax(message: str, text: str, source: str) -> str:
-    found = _WHERE.search(message)
-    if found is None:
-        return f"{source}: is not TOML: {message}"
-    message = message[: found.start()].replace("Cannot overwrite a value", "A key is given twice")
-    if found[1] is None:
-        return f"{source}:{max(len(text.splitlines()), 1)}: is not TOML: {message} at the end of the file"
-    return f"{source}:{found[1]}: is not TOML: {message} (column {found[2]})"
-
-
-def _read_override(text: str) -> Override:
-    key, equals, value = text.partition("=")
-    path = keys.split(key)
-    if not equals or path is None or isinstance(path[0], int):
-        msg = f"--set {text}: is not of the form key.path=value, for example start.alt_m=2500"
-        raise RequestError(msg)
-    return Override(text, path, value_of(value))
-
-
-def value_of(text: str) -> object:
-    """A value as a TOML file has it; what is no TOML value is text."""
-    text = text.strip()
-    try:
-        read_back = _loads(f"value = {text}")
-    except ValueError:
-        read_back = {}
-    return read_back["value"] if set(read_back) == {"value"} else text
-
-
-def _apply(table: dict[str, object], override: Override) -> None:
-    """Set one value in place, making tables on the way; lists never grow."""
-    node: object = table
-    for i, part in enumerate(override.path):
-        last = i == len(override.path) - 1
-        here = keys.show(override.path[:i])
-        if isinstance(part, int):
-            if not isinstance(node, list):
-                _refuse(override, f"{here} is {show_value(node)}, not a list")
-            elif part >= len(node):
-                allowed = f"0 to {len(node) - 1}" if len(node) > 1 else ("0" if node else "none, the list is empty")
-                _refuse(override, f"{here} has no element {part}; allowed: {allowed}")
-            elif last:
-                node[part] = override.value
-            else:
-                node = node[part]
-        elif not isinstance(node, dict):
-            hint = f"; did you mean {here}[0]?" if isinstance(node, list) else ""
-            _refuse(override, f"{here} is {show_value(node)}, not a table{hint}")
-        elif last:
-            node[part] = override.value
-        else:
-            follows = override.path[i + 1]
-            if part not in node and isinstance(follows, int):
-                _refuse(override, f"there is no list {part!r}{did_you_mean(part, node)}")
-            node = node.setdefault(part, {})
-
-
-def _refuse(override: Override, why: str) -> None:
-    msg = f"--set {keys.show(override.path)}: {why}"
-    raise RequestError(msg)
 
 
 def _remove(table: object, path: keys.Path) -> None:

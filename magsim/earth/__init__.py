@@ -1,4 +1,4 @@
-"""The Earth as everyone may know it: the WGS-84 ellipsoid and the IGRF main field."""
+"""The Earth: WGS-84 ellipsoid, normal gravity, standard atmosphere, UTM and the IGRF-14 main field."""
 
 from magsim.earth.igrf import decimal_year, decimal_years, igrf
 from magsim.earth.local import LocalFrame

@@ -1,7 +1,7 @@
 """The ICAO standard atmosphere up to 20 km (ICAO Doc 7488, ISO 2533): for instruments, limits and estimates.
 
-Flights get their air from JSBSim. Heights of the standard are geopotential: ``geopotential_height`` makes them of
-heights above mean sea level.
+Flights get their air from JSBSim. Heights of the standard are geopotential: ``geopotential_height`` converts heights
+above mean sea level.
 """
 
 import numpy as np
@@ -25,17 +25,17 @@ _SCALE_M = _GAS * _TROPOPAUSE_K / G0
 
 
 def standard_density(alt_m: float | np.ndarray) -> float | np.ndarray:
-    """Density [kg/m^3] at a height below 11 km [m] (ICAO Doc 7488: lapse rate 6.5 K/km)."""
+    """Return the density [kg/m^3] at a height below 11 km [m] (ICAO Doc 7488: lapse rate 6.5 K/km)."""
     return RHO0 * (1.0 - _LAPSE * alt_m / _SEA_LEVEL_K) ** 4.2558797
 
 
 def geopotential_height(height_m: np.ndarray) -> np.ndarray:
-    """Geopotential height of heights above mean sea level, (n,) [m]: 2.4 m less at 4 km."""
+    """Return the geopotential height of heights above mean sea level, (n,) [m]; at 4 km it is 2.4 m less."""
     return RADIUS_M * height_m / (RADIUS_M + height_m)
 
 
 def standard_pressure(height_m: np.ndarray) -> np.ndarray:
-    """Pressure of the standard atmosphere.
+    """Return the pressure of the standard atmosphere.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def standard_pressure(height_m: np.ndarray) -> np.ndarray:
 
 
 def pressure_altitude(pressure_pa: np.ndarray) -> np.ndarray:
-    """Geopotential height at which the standard atmosphere has a pressure, (n,) [Pa] to (n,) [m]."""
+    """Return the geopotential height of a pressure in the standard atmosphere, (n,) [Pa] to (n,) [m]."""
     pressure_pa = np.asarray(pressure_pa, dtype=float)
     below = _SEA_LEVEL_K / _LAPSE * (1.0 - (np.maximum(pressure_pa, _TROPOPAUSE_PA) / SEA_LEVEL_PA) ** (1.0 / _POWER))
     return below - _SCALE_M * np.log(np.minimum(pressure_pa / _TROPOPAUSE_PA, 1.0))

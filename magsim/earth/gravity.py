@@ -15,20 +15,20 @@ EQUATOR_MPS2, POLE_MPS2 = 9.7803253359, 9.8321849379
 
 
 def gravity_n(lat_rad: np.ndarray | float, alt_m: np.ndarray | float) -> np.ndarray:
-    """Normal gravity, with what the Earth's turning takes off.
+    """Return normal gravity, which includes the centrifugal acceleration.
 
     Parameters
     ----------
     lat_rad : (...) [rad]
         Geodetic.
     alt_m : (...) [m]
-        Above the ellipsoid. The two broadcast. Up to 10 km the series is right to 1e-6 m/s^2.
+        Above the ellipsoid. The two broadcast. Up to 10 km the series is accurate to 1e-6 m/s^2.
 
     Returns
     -------
     (..., 3) [m/s^2]
         North, east, down. Somigliana's formula and its series in the height (Heiskanen and Moritz, Physical Geodesy,
-        eq. 2-123); the lines of force bend to the equator (Groves, Principles of GNSS, eq. 2.140).
+        eq. 2-123); plumb lines bend, hence the north component (Groves, Principles of GNSS, eq. 2.140).
     """
     lat, alt = np.broadcast_arrays(np.asarray(lat_rad, dtype=float), np.asarray(alt_m, dtype=float))
     sin2 = np.sin(lat) ** 2

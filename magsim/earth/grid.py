@@ -1,7 +1,7 @@
-"""Grid directions near the poles, where north turns with every step.
+"""Grid directions near the poles, where the direction of north changes quickly along a path.
 
-Beyond 80 degrees directions are counted from one that stays: headings plus a multiple of the longitude do not jump over
-the pole, where headings and longitudes both do (the grid of polar navigation, Bowditch, American Practical Navigator,
+Beyond 80 degrees directions are counted from a fixed one: headings plus a multiple of the longitude do not jump at the
+pole, where headings and longitudes both do (grid navigation, Bowditch, American Practical Navigator,
 chapter on polar navigation).
 """
 
@@ -10,11 +10,11 @@ import math
 import numpy as np
 
 POLAR_RAD = math.radians(80.0)
-"""From this latitude on."""
+"""Latitude from which on grid directions are used."""
 
 
 def grid_turn(lat_rad: float) -> float:
-    """Multiple of the longitude that, added to headings, makes them grid headings at a latitude [rad].
+    """Return the multiple of the longitude that converts headings to grid headings at a latitude [rad].
 
     Returns
     -------
@@ -25,12 +25,12 @@ def grid_turn(lat_rad: float) -> float:
 
 
 def grid_turn_of(lat_rad: np.ndarray) -> float:
-    """``grid_turn`` for a whole path, (n,) [rad]: that of its latitude nearest to a pole."""
+    """Return ``grid_turn`` for a whole path, (n,) [rad]: that of its latitude nearest to a pole."""
     return grid_turn(float(lat_rad[int(np.argmax(np.abs(lat_rad)))]))
 
 
 def rot_level(angle_rad: np.ndarray) -> np.ndarray:
-    """Rotations (n, 3, 3) that turn horizontal directions clockwise by angles [rad], (n,); north, east, down."""
+    """Return rotations (n, 3, 3) of north, east, down that turn horizontally, clockwise, by angles [rad], (n,)."""
     rot = np.zeros((len(angle_rad), 3, 3))
     rot[:, 0, 0] = rot[:, 1, 1] = np.cos(angle_rad)
     rot[:, 1, 0] = np.sin(angle_rad)

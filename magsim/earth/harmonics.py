@@ -1,8 +1,8 @@
 """Spherical-harmonic fields and their gradients by irregular solid harmonics in Earth-fixed axes.
 
 The harmonics follow Cunningham's recursion (Celestial Mechanics 2, 207, 1970): no singularity at the poles. Field and
-gradient are contractions with coefficients that were differentiated once, in advance. The kernel knows no model:
-any set of Gauss coefficients fits, linear in time within one interval.
+gradient are contractions with coefficients that are differentiated once, in advance. Any set of Gauss coefficients
+can be used, linear in time within one interval.
 
 With position (x, y, z) = X / a, rho = 1 / (x^2 + y^2 + z^2), w = (x + iy) rho, zeta = z rho, the harmonics
 ``I[n, m] = (a / r)^(n+1) P_n^m(cos theta) exp(i m phi)`` (unnormalized, without the Condon-Shortley sign) obey
@@ -20,19 +20,19 @@ REFERENCE_RADIUS_M = 6371.2e3
 """Geomagnetic reference radius ``a`` of IGRF and WMM [m]."""
 
 CHUNK = 512
-"""Points that are worked on together: their harmonics stay in the processor's cache."""
+"""Points that are evaluated together: their harmonics stay in the processor's cache."""
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Independent entries of the symmetric gradient."""
 
 
 def index(n: int, m: int) -> int:
-    """Place of degree ``n`` and order ``m`` in a flat table."""
+    """Return the place of degree ``n`` and order ``m`` in a flat table."""
     return n * (n + 1) // 2 + m
 
 
 def complex_coefficients(g: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """Coefficients of the unnormalized harmonics from Schmidt semi-normalized Gauss coefficients.
+    """Return the coefficients of the unnormalized harmonics from Schmidt semi-normalized Gauss coefficients.
 
     Parameters
     ----------
@@ -54,12 +54,12 @@ def complex_coefficients(g: np.ndarray, h: np.ndarray) -> np.ndarray:
 
 
 def degree_of(size: int) -> int:
-    """Degree of a flat table with that many entries."""
+    """Return the degree of a flat table with that many entries."""
     return (math.isqrt(8 * size + 1) - 3) // 2
 
 
 def differentiate(c: np.ndarray) -> np.ndarray:
-    """Coefficients of the three derivatives of ``Re sum c I`` by the dimensionless coordinates.
+    """Return the coefficients of the three derivatives of ``Re sum c I`` by the dimensionless coordinates.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ def differentiate(c: np.ndarray) -> np.ndarray:
                 out[1, up] += 1j * value / 2
                 out[1, down] += 1j * factor * value / 2
             out[2, index(n + 1, m)] -= (n - m + 1) * value
-    # I[n, 0] is real, so the imaginary part of its coefficient says nothing; it must not reach the next derivative.
+    # I[n, 0] is real, so the imaginary part of its coefficient has no effect; it must not reach the next derivative.
     zonal = [index(n, 0) for n in range(degree + 2)]
     out[:, zonal] = out[:, zonal].real
     return out
 
 
 def contraction(c: np.ndarray, *, gradient: bool) -> np.ndarray:
-    """Rows that turn harmonics into the field and, on demand, its gradient.
+    """Return the rows that turn harmonics into the field and, on demand, its gradient.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def contraction(c: np.ndarray, *, gradient: bool) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _recursion(degree: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Factors of zeta I[n-1, m] and rho I[n-2, m] for each degree, m = 0..n-2, each (n-1, 1, 1)."""
+    """Return the factors of zeta I[n-1, m] and rho I[n-2, m] for each degree, m = 0..n-2, each (n-1, 1, 1)."""
     ahead, back = [], []
     for n in range(degree + 1):
         m = np.arange(max(n - 1, 0))
@@ -130,7 +130,7 @@ def _recursion(degree: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def harmonics(position_e: np.ndarray, degree: int) -> np.ndarray:
-    """Irregular solid harmonics at some points.
+    """Return irregular solid harmonics at points.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def harmonics(position_e: np.ndarray, degree: int) -> np.ndarray:
 
 
 def evaluate(position_e: np.ndarray, base: np.ndarray, rate: np.ndarray, elapsed: np.ndarray) -> np.ndarray:
-    """Field, and gradient where the rows ask for it, at points with a time each.
+    """Return the field, and the gradient if the rows include it, at points with a time each.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def evaluate(position_e: np.ndarray, base: np.ndarray, rate: np.ndarray, elapsed
 
 
 def unpack_gradient(entries: np.ndarray) -> np.ndarray:
-    """Symmetric (n, 3, 3) tensors from (n, 6) entries in the order of ``PAIRS``."""
+    """Return the symmetric (n, 3, 3) tensors from (n, 6) entries in the order of ``PAIRS``."""
     out = np.empty((len(entries), 3, 3))
     for column, (j, k) in enumerate(PAIRS):
         out[:, j, k] = out[:, k, j] = entries[:, column]

@@ -1,6 +1,6 @@
-"""The main field: IGRF-14, its gradient, and the decimal years it counts in.
+"""The main field: IGRF-14, its gradient, and its decimal years.
 
-The coefficients lie in ``igrf14.txt`` beside this file, read once per process.
+The coefficients are in ``igrf14.txt`` beside this file, read once per process.
 """
 
 from dataclasses import dataclass
@@ -31,19 +31,19 @@ class Model:
     coefficients: np.ndarray
 
     def interval(self, number: int, *, gradient: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Contractions at the start of an interval between epochs, and their change per year."""
+        """Return the contractions at the start of an interval between epochs, and their change per year."""
         base = harmonics.contraction(self.coefficients[number], gradient=gradient)
         end = harmonics.contraction(self.coefficients[number + 1], gradient=gradient)
         return base, (end - base) / (self.epochs[number + 1] - self.epochs[number])
 
 
 def parse_coefficients(name: str, text: str) -> Model:
-    """Read a table of coefficients in the layout that its first lines tell.
+    """Read a table of coefficients in the layout of ``igrf14.txt``.
 
     Parameters
     ----------
     name : str
-        What to call the model.
+        Of the model.
     text : str
         Comment lines that begin with ``#``; ``epoch - - t...``; then ``g|h degree order value...``.
     """
@@ -59,7 +59,7 @@ def parse_coefficients(name: str, text: str) -> Model:
 
 @lru_cache(maxsize=1)
 def igrf14() -> Model:
-    """IGRF-14 as it lies in the package."""
+    """Return IGRF-14 from the file in the package."""
     text = resources.files("magsim.earth").joinpath("igrf14.txt").read_text(encoding="ascii")
     return parse_coefficients("IGRF-14", text)
 
@@ -70,7 +70,7 @@ def _igrf_interval(number: int, gradient: bool) -> tuple[np.ndarray, np.ndarray]
 
 
 def field_of_model(position_e: np.ndarray, year: np.ndarray, model: Model, *, gradient: bool = False) -> np.ndarray:
-    """Field of a model at Earth-fixed positions, each with its own time.
+    """Return the field of a model at Earth-fixed positions, each with its own time.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def field_of_model(position_e: np.ndarray, year: np.ndarray, model: Model, *, gr
     Raises
     ------
     ValueError
-        If a year lies outside the model's epochs.
+        If a year is outside the model's epochs.
     """
     first, last = model.epochs[0], model.epochs[-1]
     outside = ~((year >= first) & (year <= last))
@@ -115,7 +115,7 @@ def igrf(
     gradient: bool = False,
     model: Model | None = None,
 ) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
-    """Main field of IGRF-14 in local axes, one time for each position.
+    """Return the main field of IGRF-14 in local axes, one time for each position.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def igrf(
     year : (...) [decimal year]
         1900.0 to 2030.0. All four broadcast; positions and times are paired.
     gradient : bool
-        Whether the gradient is wanted too.
+        Return the gradient too.
     model : Model, optional
         Other coefficients than IGRF-14.
 
@@ -141,7 +141,7 @@ def igrf(
     Raises
     ------
     ValueError
-        If a year is outside the epochs, or a latitude beyond a pole (degrees in the place of radians).
+        If a year is outside the epochs, or a latitude beyond a pole (degrees instead of radians).
 
     Notes
     -----
@@ -172,7 +172,7 @@ def _year_start(year: int) -> datetime:
 
 
 def decimal_year(when: datetime) -> float:
-    """Decimal year of an instant: year + time since January 1 over the length of that year.
+    """Return the decimal year of an instant: year + time since January 1 over the length of that year.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def decimal_year(when: datetime) -> float:
 
 
 def decimal_years(start: datetime, time_s: np.ndarray | float) -> np.ndarray:
-    """Decimal years of instants counted in seconds from a start.
+    """Return the decimal years of instants counted in seconds from a start.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Straight north-east-down axes at a point of the Earth, for fields that are told in flat coordinates."""
+"""Cartesian north-east-down axes at a point of the Earth, for fields in flat coordinates."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from magsim.earth.wgs84 import ecef_from_geodetic, rot_ne_at
 class LocalFrame:
     """Cartesian axes that point north, east and down at their origin.
 
-    They are straight: the ellipsoid falls away from them by d^2 / (2 R), 8 m at 10 km and 196 m at 50 km.
+    The ellipsoid drops below their horizontal plane by d^2 / (2 R): 8 m at 10 km and 196 m at 50 km.
 
     Parameters
     ----------
@@ -23,13 +23,13 @@ class LocalFrame:
         self.rot_ne = rot_ne_at(lat_rad, lon_rad)
 
     def place(self, position_e: np.ndarray) -> np.ndarray:
-        """North, east and down [m] of Earth-fixed positions, (..., 3)."""
+        """Return the north, east and down [m] of Earth-fixed positions, (..., 3)."""
         return np.einsum("ij,...j->...i", self.rot_ne, position_e - self.origin_e)
 
     def position(self, place_n: np.ndarray) -> np.ndarray:
-        """Earth-fixed position [m] of places north, east and down of the origin, (..., 3)."""
+        """Return the Earth-fixed position [m] of points north, east and down of the origin, (..., 3)."""
         return self.origin_e + self.to_earth(place_n)
 
     def to_earth(self, vector_n: np.ndarray) -> np.ndarray:
-        """Vectors along these axes as vectors along Earth-fixed axes, (..., 3)."""
+        """Return vectors along these axes as vectors along Earth-fixed axes, (..., 3)."""
         return np.einsum("ij,...i->...j", self.rot_ne, vector_n)

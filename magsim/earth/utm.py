@@ -36,7 +36,7 @@ def utm_zone(lat_deg: float, lon_deg: float) -> int:
 
 
 def utm(lat_rad: np.ndarray, lon_rad: np.ndarray, *, zone: int, south: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Easting and northing in a zone.
+    """Return easting and northing in a zone.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def utm(lat_rad: np.ndarray, lon_rad: np.ndarray, *, zone: int, south: bool) -> 
     zone : int
         1 to 60.
     south : bool
-        Count the northing as on the southern half.
+        Northing of the southern hemisphere.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """The WGS-84 ellipsoid: geodetic and Earth-centered positions, local axes, radii of curvature.
 
-Formulas: NIMA TR8350.2 (WGS 84 definition), and Bowring's iteration for the way back.
+Formulas: NIMA TR8350.2 (WGS 84 definition), and Bowring's iteration for the inverse.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ SEMI_MINOR_M = SEMI_MAJOR_M * (1.0 - FLATTENING)
 
 
 def radii_of_curvature(lat_rad: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-    """Radii of the ellipsoid at a latitude, along the meridian and across it.
+    """Return the radii of the ellipsoid at a latitude, along the meridian and across it.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def radii_of_curvature(lat_rad: np.ndarray | float) -> tuple[np.ndarray, np.ndar
 def ecef_from_geodetic(
     lat_rad: np.ndarray | float, lon_rad: np.ndarray | float, alt_m: np.ndarray | float
 ) -> np.ndarray:
-    """Earth-centered Earth-fixed position.
+    """Return the Earth-centered Earth-fixed position.
 
     Parameters
     ----------
@@ -60,10 +60,10 @@ def ecef_from_geodetic(
 
 
 def geodetic_from_ecef(position_e: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Geodetic position of Earth-centered Earth-fixed coordinates.
+    """Return the geodetic position of Earth-centered Earth-fixed coordinates.
 
-    Two passes of Bowring's formula: 2e-14 degree and 1e-8 m for heights of -0.5 to 20 km; a third keeps that
-    out to satellites.
+    Two passes of Bowring's formula: 2e-14 degree and 1e-8 m for heights of -0.5 to 20 km; a third pass
+    keeps that up to satellites.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def geodetic_from_ecef(position_e: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
 
 
 def rot_ne_at(lat_rad: np.ndarray | float, lon_rad: np.ndarray | float) -> np.ndarray:
-    """Rotation from Earth-fixed to local north-east-down axes: ``v_n = rot_ne @ v_e``.
+    """Return the rotation from Earth-fixed to local north-east-down axes: ``v_n = rot_ne @ v_e``.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def rot_ne_at(lat_rad: np.ndarray | float, lon_rad: np.ndarray | float) -> np.nd
 
 
 def quaternion_en_at(lat_rad: np.ndarray | float, lon_rad: np.ndarray | float) -> np.ndarray:
-    """Quaternion of the rotation from local north-east-down to Earth-fixed axes, that of ``rot_ne_at`` turned back.
+    """Return the quaternion of the rotation from local to Earth-fixed axes, the inverse of ``rot_ne_at``.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def quaternion_en_at(lat_rad: np.ndarray | float, lon_rad: np.ndarray | float) -
 
 
 def transport_rate(lat_rad: np.ndarray, alt_m: np.ndarray, velocity_n: np.ndarray) -> np.ndarray:
-    """Angular rate of the local north-east-down axes over the Earth, in these axes.
+    """Return the angular rate of the local north-east-down axes over the Earth, in these axes.
 
     Parameters
     ----------

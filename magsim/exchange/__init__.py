@@ -1,7 +1,7 @@
-"""Files that other programs open, and recordings made of files that others wrote."""
+"""Export of recordings to other programs, and import of their files."""
 
 from magsim.exchange.columnmap import ColumnMap
-from magsim.exchange.incoming import SOURCES, Imported, import_flight
-from magsim.exchange.outgoing import FORMATS, export, pick, stem, targets
+from magsim.exchange.exporting import FORMATS, export, pick, stem, targets
+from magsim.exchange.importing import SOURCES, Imported, import_flight
 
 __all__ = ["FORMATS", "SOURCES", "ColumnMap", "Imported", "export", "import_flight", "pick", "stem", "targets"]

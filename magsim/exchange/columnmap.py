@@ -1,4 +1,4 @@
-"""Which field of a foreign file is which column of a recording."""
+"""Correspondence of the fields of a foreign file and the columns of a recording."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,11 +15,11 @@ from magsim.exchange import sgl
 from magsim.exchange.textfile import LINE_FIELD
 
 ROLES = ("input", "segment")
-"""Roles that a file from outside may fill: truth is known to a simulator alone."""
+"""Roles that a foreign file may fill: truth is known to a simulator only."""
 
 
-class Source(Strict):
-    """Where a column comes from: ``column * scale + offset``."""
+class FieldSource(Strict):
+    """Field of a foreign file that a column is computed from: ``column * scale + offset``."""
 
     column: Annotated[str, Field(min_length=1, max_length=200)]
     scale: Annotated[float, Field(ge=-1e12, le=1e12)] = 1.0
@@ -38,22 +38,22 @@ class ColumnMap(Strict):
     time: str | None = None
     line: str | None = None
     flight: str | None = None
-    columns: dict[str, Annotated[Source, BeforeValidator(_plain)]] = Field(default_factory=dict)
+    columns: dict[str, Annotated[FieldSource, BeforeValidator(_plain)]] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is read from a file, by the names that its fields have there.
+class FieldMatch:
+    """Fields that are read from a file, by their names there.
 
     Attributes
     ----------
     time : str
     line, flight, year, doy : str
-        Empty where there is none.
+        Empty if there is none.
     sources : mapping
         Column of the recording to its source.
     unused : tuple of str
-        Fields of a file of no fixed layout that nothing is made of.
+        Fields of a file without a fixed layout that no column is computed from.
     """
 
     time: str
@@ -61,16 +61,16 @@ class Plan:
     flight: str
     year: str
     doy: str
-    sources: Mapping[str, Source]
+    sources: Mapping[str, FieldSource]
     unused: tuple[str, ...] = ()
 
     def wanted(self) -> dict[str, str]:
-        """Names of the fields that must be read."""
+        """Return the names of the fields that must be read."""
         service = (self.time, self.line, self.flight, self.year, self.doy)
         return {name: name for name in (*service, *(s.column for s in self.sources.values())) if name}
 
 
-def make_plan(available: Sequence[str], mapping: ColumnMap, *, layout: str, where: str) -> Plan:
+def match_fields(available: Sequence[str], mapping: ColumnMap, *, layout: str, where: str) -> FieldMatch:
     """Match the fields of a file with columns.
 
     Parameters
@@ -78,16 +78,16 @@ def make_plan(available: Sequence[str], mapping: ColumnMap, *, layout: str, wher
     available : sequence of str
         Names of the fields in the file.
     mapping : ColumnMap
-        What the user says; wins over what the layout says.
+        The user's map; takes precedence over the layout.
     layout : str
-        ``mit`` (SGL's field names), ``sgl-xyz`` (SGL's column heads), or another: fields that bear a column's name.
+        ``mit`` (SGL's field names), ``sgl-xyz`` (SGL's column heads), or another: fields named as columns.
     where : str
         File, for messages.
 
     Raises
     ------
     RequestError
-        If the map names what is not there, or a column that is no input or segment.
+        If the map names a field that the file lacks, or a column that is no input or segment.
     """
     # heads of SGL's text files and names of its HDF5 fields mean the same
     alias = {field.head: field.name for field in sgl.FIELDS} if layout == "sgl-xyz" else {}
@@ -104,7 +104,7 @@ def make_plan(available: Sequence[str], mapping: ColumnMap, *, layout: str, wher
     for name in mapping.columns:
         family = columns.find(name)
         if family is None or family.role not in ROLES:
-            what = "is no column" if family is None else f"is {family.role}, which no file from outside may bring"
+            what = "is no column" if family is None else f"is {family.role}, which no foreign file may have"
             msg = f"columns.{name} of the map: {name} {what}; allowed: inputs and segments of docs/recording.md"
             raise RequestError(msg)
     given = {
@@ -116,7 +116,7 @@ def make_plan(available: Sequence[str], mapping: ColumnMap, *, layout: str, wher
         default = _of_layout(own)
     else:
         found = {"time": columns.TIME, "line": LINE_FIELD if LINE_FIELD in available else ""}
-        default = {name: Source(column=name) for name in available if _is_known(name)}
+        default = {name: FieldSource(column=name) for name in available if _is_known(name)}
     taken = {source.column for source in given.values()}
     default = {name: s for name, s in default.items() if name not in given and s.column not in taken}
     for key in ("time", "line", "flight"):
@@ -127,10 +127,10 @@ def make_plan(available: Sequence[str], mapping: ColumnMap, *, layout: str, wher
         msg = f"{where}: has no time ({columns.TIME} or tt); the key time of a map names it; it has "
         msg += ", ".join(available[:40])
         raise RequestError(msg)
-    service = {key: found.get(key, "") for key in ("time", "line", "flight", "year", "doy")}
-    plan = Plan(**service, sources=given | default)
+    time, line, flight, year, doy = (found.get(key, "") for key in ("time", "line", "flight", "year", "doy"))
+    match = FieldMatch(time, line, flight, year, doy, given | default)
     free = () if layout in ("mit", "sgl-xyz") else available
-    return replace(plan, unused=tuple(name for name in free if name not in plan.wanted()))
+    return replace(match, unused=tuple(name for name in free if name not in match.wanted()))
 
 
 _SERVICE = (("line", "line"), ("flight", "flight"), ("year", "year"), ("doy", "doy"))
@@ -141,8 +141,8 @@ def _is_known(name: str) -> bool:
     return family is not None and family.role in ROLES
 
 
-def _of_layout(own: Mapping[str, str]) -> dict[str, Source]:
-    """Columns that the fields of the SGL layout are."""
+def _of_layout(own: Mapping[str, str]) -> dict[str, FieldSource]:
+    """Return the columns that correspond to fields of the SGL layout."""
     out = {}
     for number in sgl.MAGNETOMETERS:
         out[columns.MAG.name(sensor=f"m{number}")] = (f"mag_{number}_uc", 1.0)
@@ -158,4 +158,4 @@ def _of_layout(own: Mapping[str, str]) -> dict[str, Source]:
     if "ins_alt" not in own:
         out[columns.INS_ALTITUDE.pattern] = ("utm_z", 1.0)
     out[columns.RADAR.pattern] = ("radar", 1.0)
-    return {ours: Source(column=own[theirs], scale=k) for ours, (theirs, k) in out.items() if theirs in own}
+    return {ours: FieldSource(column=own[theirs], scale=k) for ours, (theirs, k) in out.items() if theirs in own}

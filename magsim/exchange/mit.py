@@ -1,4 +1,4 @@
-"""HDF5 in the layout that MagNav.jl reads: flat fields, one flight a file, truth in groups.
+"""HDF5 in the layout that MagNav.jl reads: flat fields, one flight per file, truth in groups.
 
 Its readers take the longest of all root members for the number of rows: a group counts its entries, a text its
 characters. So every root data set has one value for each row, and groups and texts stay shorter than that
@@ -43,7 +43,7 @@ def write(path: Path, recording: Recording, flight: int) -> None:
     Raises
     ------
     RequestError
-        If the layout cannot tell this flight.
+        If the layout cannot represent this flight.
     """
     import h5py
 
@@ -81,19 +81,19 @@ def _check_time(recording: Recording, tt: np.ndarray) -> None:
 
 
 def _groups(recording: Recording) -> dict[str, dict[str, np.ndarray]]:
-    """What the fields do not tell, and which sensor stands where."""
+    """Return the columns that have no field in the layout, by role, and the names of the sensors in its places."""
     mags, fluxes = sgl.magnetometers(recording), sgl.fluxgates(recording)
-    told = {columns.MAG.name(sensor=sensor) for sensor in mags}
-    told |= {columns.FLUX.name(sensor=sensor, axis=axis) for sensor in fluxes for axis in columns.AXES}
-    told |= {*sgl.DIRECT.values(), *sgl.NEGATED.values(), *sgl.RADIANS.values(), columns.RADAR.pattern}
-    told |= {ours for ours, _ in sgl.SCALED.values()}
+    known = {columns.MAG.name(sensor=sensor) for sensor in mags}
+    known |= {columns.FLUX.name(sensor=sensor, axis=axis) for sensor in fluxes for axis in columns.AXES}
+    known |= {*sgl.DIRECT.values(), *sgl.NEGATED.values(), *sgl.RADIANS.values(), columns.RADAR.pattern}
+    known |= {ours for ours, _ in sgl.SCALED.values()}
     groups = {
-        role: {name: recording[name] for name in recording.names(role) if role != "input" or name not in told}
+        role: {name: recording[name] for name in recording.names(role) if role != "input" or name not in known}
         for role in columns.ROLES
     }
-    places = {f"mag_{number}": _text(sensor) for sensor, number in mags.items()}
-    places |= {f"flux_{letter}": _text(sensor) for sensor, letter in fluxes.items()}
-    return groups | {"sensors": places}
+    names = {f"mag_{number}": _text(sensor) for sensor, number in mags.items()}
+    names |= {f"flux_{letter}": _text(sensor) for sensor, letter in fluxes.items()}
+    return groups | {"sensors": names}
 
 
 def _text(text: str) -> np.ndarray:
@@ -104,25 +104,25 @@ def _text(text: str) -> np.ndarray:
 
 
 def read(path: Path, choose: Callable[[Sequence[str]], Mapping[str, str]]) -> dict[str, np.ndarray]:
-    """Fields of a file in this layout.
+    """Read fields of a file in this layout.
 
     Parameters
     ----------
     path : Path
     choose : callable
-        Given the names of all members of the root, those that are wanted; the keys of a mapping.
+        Called with the names of all members of the root; returns a mapping whose keys are those that are wanted.
 
     Returns
     -------
     dict of str to (n,)
-        Float64; NaN where a value is missing.
+        Float64; missing values are NaN.
 
     Raises
     ------
     RequestError
         If there is no such file.
     DataError
-        If the file is broken, or a field is no row of numbers, or as long as no other.
+        If the file is broken, or a field is not a list of numbers as long as the time.
     """
     with hdf5.open_untrusted(path, also=OTHER_NAMES) as root:
         names = root.names()

@@ -1,4 +1,4 @@
-"""The SGL 2020 layout: its fields, and a recording's columns in its terms.
+"""The SGL 2020 layout: its fields, and the columns of a recording as these fields.
 
 Names, order, units and meanings: MagNav.jl, ``readmes/sgl_2020_fields_readme.txt``; heads of the text files: its
 ``test/test_data/Flt1003_sample.xyz``. The 2021 layout has a part of the same fields.
@@ -17,7 +17,7 @@ from magsim.recording import Recording
 
 
 @dataclass(frozen=True)
-class Field:
+class SglField:
     """One field: its name in HDF5 files, its head in text files, its unit."""
 
     name: str
@@ -25,106 +25,106 @@ class Field:
     unit: str
 
 
-FIELDS: tuple[Field, ...] = (
-    Field("line", "LINE", "1"),
-    Field("flight", "FLT", "1"),
-    Field("year", "YEAR", "1"),
-    Field("doy", "DOY", "1"),
-    Field("tt", "TIME", "s"),
-    Field("utm_x", "UTM-X", "m"),
-    Field("utm_y", "UTM-Y", "m"),
-    Field("utm_z", "UTM-Z", "m"),
-    Field("msl", "MSL-Z", "m"),
-    Field("lat", "LAT", "deg"),
-    Field("lon", "LONG", "deg"),
-    Field("baro", "BARO", "m"),
-    Field("radar", "RADAR", "m"),
-    Field("topo", "TOPO", "m"),
-    Field("dem", "DEM", "m"),
-    Field("drape", "DRAPE", "m"),
-    Field("ins_pitch", "PITCH", "deg"),
-    Field("ins_roll", "ROLL", "deg"),
-    Field("ins_yaw", "AZIMUTH", "deg"),
-    Field("diurnal", "DIURNAL", "nT"),
-    Field("mag_1_c", "COMPMAG1", "nT"),
-    Field("mag_1_lag", "LAGMAG1", "nT"),
-    Field("mag_1_dc", "DCMAG1", "nT"),
-    Field("mag_1_igrf", "IGRFMAG1", "nT"),
-    Field("mag_1_uc", "UNCOMPMAG1", "nT"),
-    Field("mag_2_uc", "UNCOMPMAG2", "nT"),
-    Field("mag_3_uc", "UNCOMPMAG3", "nT"),
-    Field("mag_4_uc", "UNCOMPMAG4", "nT"),
-    Field("mag_5_uc", "UNCOMPMAG5", "nT"),
-    Field("mag_6_uc", "UNCOMPMAG6", "nT"),
-    Field("flux_a_x", "FLUXA_X", "nT"),
-    Field("flux_a_y", "FLUXA_Y", "nT"),
-    Field("flux_a_z", "FLUXA_Z", "nT"),
-    Field("flux_a_t", "FLUXA_TOT", "nT"),
-    Field("flux_b_x", "FLUXB_X", "nT"),
-    Field("flux_b_y", "FLUXB_Y", "nT"),
-    Field("flux_b_z", "FLUXB_Z", "nT"),
-    Field("flux_b_t", "FLUXB_TOT", "nT"),
-    Field("flux_c_x", "FLUXC_X", "nT"),
-    Field("flux_c_y", "FLUXC_Y", "nT"),
-    Field("flux_c_z", "FLUXC_Z", "nT"),
-    Field("flux_c_t", "FLUXC_TOT", "nT"),
-    Field("flux_d_x", "FLUXD_X", "nT"),
-    Field("flux_d_y", "FLUXD_Y", "nT"),
-    Field("flux_d_z", "FLUXD_Z", "nT"),
-    Field("flux_d_t", "FLUXD_TOT", "nT"),
-    Field("ogs_mag", "OGS_MAG", "nT"),
-    Field("ogs_alt", "OGS_HGT", "m"),
-    Field("ins_acc_x", "INS_ACC_X", "m/s^2"),
-    Field("ins_acc_y", "INS_ACC_Y", "m/s^2"),
-    Field("ins_acc_z", "INS_ACC_Z", "m/s^2"),
-    Field("ins_wander", "INS_WANDER", "rad"),
-    Field("ins_lat", "INS_LAT", "rad"),
-    Field("ins_lon", "INS_LON", "rad"),
-    Field("ins_alt", "INS_HGT", "m"),
-    Field("ins_vn", "INS_VEL_N", "m/s"),
-    Field("ins_vw", "INS_VEL_W", "m/s"),
-    Field("ins_vu", "INS_VEL_V", "m/s"),
-    Field("pitch_rate", "PITCHRT", "deg/s"),
-    Field("roll_rate", "ROLLRT", "deg/s"),
-    Field("yaw_rate", "YAWRT", "deg/s"),
-    Field("lgtl_acc", "LONG_ACC", "g"),
-    Field("ltrl_acc", "LAT_ACC", "g"),
-    Field("nrml_acc", "NORM_ACC", "g"),
-    Field("tas", "TRUE_AS", "m/s"),
-    Field("pitot_p", "PITOT_P", "kPa"),
-    Field("static_p", "STATIC_P", "kPa"),
-    Field("total_p", "TOT_P", "kPa"),
-    Field("cur_com_1", "CUR_COM1", "A"),
-    Field("cur_ac_hi", "CUR_ACHi", "A"),
-    Field("cur_ac_lo", "CUR_ACLo", "A"),
-    Field("cur_tank", "CUR_TANK", "A"),
-    Field("cur_flap", "CUR_FLAP", "A"),
-    Field("cur_strb", "CUR_STRB", "A"),
-    Field("cur_srvo_o", "CUR_SRVO_O", "A"),
-    Field("cur_srvo_m", "CUR_SRVO_M", "A"),
-    Field("cur_srvo_i", "CUR_SRVO_I", "A"),
-    Field("cur_heat", "CUR_IHTR", "A"),
-    Field("cur_acpwr", "CUR_ACPWR", "A"),
-    Field("cur_outpwr", "CUR_OUTPWR", "A"),
-    Field("cur_bat_1", "CUR_BAT1", "A"),
-    Field("cur_bat_2", "CUR_BAT2", "A"),
-    Field("vol_acpwr", "V_ACPWR", "V"),
-    Field("vol_outpwr", "V_OUTPWR", "V"),
-    Field("vol_bat_1", "V_BAT1", "V"),
-    Field("vol_bat_2", "V_BAT2", "V"),
-    Field("vol_res_p", "V_RESp", "V"),
-    Field("vol_res_n", "V_RESn", "V"),
-    Field("vol_back_p", "V_BACKp", "V"),
-    Field("vol_back_n", "V_BACKn", "V"),
-    Field("vol_gyro_1", "V_GYRO1", "V"),
-    Field("vol_gyro_2", "V_GYRO2", "V"),
-    Field("vol_acc_p", "V_ACCp", "V"),
-    Field("vol_acc_n", "V_ACCn", "V"),
-    Field("vol_block", "V_BLOCK", "V"),
-    Field("vol_back", "V_BACK", "V"),
-    Field("vol_srvo", "V_SERVO", "V"),
-    Field("vol_cabt", "V_CABT", "V"),
-    Field("vol_fan", "V_FAN", "V"),
+FIELDS: tuple[SglField, ...] = (
+    SglField("line", "LINE", "1"),
+    SglField("flight", "FLT", "1"),
+    SglField("year", "YEAR", "1"),
+    SglField("doy", "DOY", "1"),
+    SglField("tt", "TIME", "s"),
+    SglField("utm_x", "UTM-X", "m"),
+    SglField("utm_y", "UTM-Y", "m"),
+    SglField("utm_z", "UTM-Z", "m"),
+    SglField("msl", "MSL-Z", "m"),
+    SglField("lat", "LAT", "deg"),
+    SglField("lon", "LONG", "deg"),
+    SglField("baro", "BARO", "m"),
+    SglField("radar", "RADAR", "m"),
+    SglField("topo", "TOPO", "m"),
+    SglField("dem", "DEM", "m"),
+    SglField("drape", "DRAPE", "m"),
+    SglField("ins_pitch", "PITCH", "deg"),
+    SglField("ins_roll", "ROLL", "deg"),
+    SglField("ins_yaw", "AZIMUTH", "deg"),
+    SglField("diurnal", "DIURNAL", "nT"),
+    SglField("mag_1_c", "COMPMAG1", "nT"),
+    SglField("mag_1_lag", "LAGMAG1", "nT"),
+    SglField("mag_1_dc", "DCMAG1", "nT"),
+    SglField("mag_1_igrf", "IGRFMAG1", "nT"),
+    SglField("mag_1_uc", "UNCOMPMAG1", "nT"),
+    SglField("mag_2_uc", "UNCOMPMAG2", "nT"),
+    SglField("mag_3_uc", "UNCOMPMAG3", "nT"),
+    SglField("mag_4_uc", "UNCOMPMAG4", "nT"),
+    SglField("mag_5_uc", "UNCOMPMAG5", "nT"),
+    SglField("mag_6_uc", "UNCOMPMAG6", "nT"),
+    SglField("flux_a_x", "FLUXA_X", "nT"),
+    SglField("flux_a_y", "FLUXA_Y", "nT"),
+    SglField("flux_a_z", "FLUXA_Z", "nT"),
+    SglField("flux_a_t", "FLUXA_TOT", "nT"),
+    SglField("flux_b_x", "FLUXB_X", "nT"),
+    SglField("flux_b_y", "FLUXB_Y", "nT"),
+    SglField("flux_b_z", "FLUXB_Z", "nT"),
+    SglField("flux_b_t", "FLUXB_TOT", "nT"),
+    SglField("flux_c_x", "FLUXC_X", "nT"),
+    SglField("flux_c_y", "FLUXC_Y", "nT"),
+    SglField("flux_c_z", "FLUXC_Z", "nT"),
+    SglField("flux_c_t", "FLUXC_TOT", "nT"),
+    SglField("flux_d_x", "FLUXD_X", "nT"),
+    SglField("flux_d_y", "FLUXD_Y", "nT"),
+    SglField("flux_d_z", "FLUXD_Z", "nT"),
+    SglField("flux_d_t", "FLUXD_TOT", "nT"),
+    SglField("ogs_mag", "OGS_MAG", "nT"),
+    SglField("ogs_alt", "OGS_HGT", "m"),
+    SglField("ins_acc_x", "INS_ACC_X", "m/s^2"),
+    SglField("ins_acc_y", "INS_ACC_Y", "m/s^2"),
+    SglField("ins_acc_z", "INS_ACC_Z", "m/s^2"),
+    SglField("ins_wander", "INS_WANDER", "rad"),
+    SglField("ins_lat", "INS_LAT", "rad"),
+    SglField("ins_lon", "INS_LON", "rad"),
+    SglField("ins_alt", "INS_HGT", "m"),
+    SglField("ins_vn", "INS_VEL_N", "m/s"),
+    SglField("ins_vw", "INS_VEL_W", "m/s"),
+    SglField("ins_vu", "INS_VEL_V", "m/s"),
+    SglField("pitch_rate", "PITCHRT", "deg/s"),
+    SglField("roll_rate", "ROLLRT", "deg/s"),
+    SglField("yaw_rate", "YAWRT", "deg/s"),
+    SglField("lgtl_acc", "LONG_ACC", "g"),
+    SglField("ltrl_acc", "LAT_ACC", "g"),
+    SglField("nrml_acc", "NORM_ACC", "g"),
+    SglField("tas", "TRUE_AS", "m/s"),
+    SglField("pitot_p", "PITOT_P", "kPa"),
+    SglField("static_p", "STATIC_P", "kPa"),
+    SglField("total_p", "TOT_P", "kPa"),
+    SglField("cur_com_1", "CUR_COM1", "A"),
+    SglField("cur_ac_hi", "CUR_ACHi", "A"),
+    SglField("cur_ac_lo", "CUR_ACLo", "A"),
+    SglField("cur_tank", "CUR_TANK", "A"),
+    SglField("cur_flap", "CUR_FLAP", "A"),
+    SglField("cur_strb", "CUR_STRB", "A"),
+    SglField("cur_srvo_o", "CUR_SRVO_O", "A"),
+    SglField("cur_srvo_m", "CUR_SRVO_M", "A"),
+    SglField("cur_srvo_i", "CUR_SRVO_I", "A"),
+    SglField("cur_heat", "CUR_IHTR", "A"),
+    SglField("cur_acpwr", "CUR_ACPWR", "A"),
+    SglField("cur_outpwr", "CUR_OUTPWR", "A"),
+    SglField("cur_bat_1", "CUR_BAT1", "A"),
+    SglField("cur_bat_2", "CUR_BAT2", "A"),
+    SglField("vol_acpwr", "V_ACPWR", "V"),
+    SglField("vol_outpwr", "V_OUTPWR", "V"),
+    SglField("vol_bat_1", "V_BAT1", "V"),
+    SglField("vol_bat_2", "V_BAT2", "V"),
+    SglField("vol_res_p", "V_RESp", "V"),
+    SglField("vol_res_n", "V_RESn", "V"),
+    SglField("vol_back_p", "V_BACKp", "V"),
+    SglField("vol_back_n", "V_BACKn", "V"),
+    SglField("vol_gyro_1", "V_GYRO1", "V"),
+    SglField("vol_gyro_2", "V_GYRO2", "V"),
+    SglField("vol_acc_p", "V_ACCp", "V"),
+    SglField("vol_acc_n", "V_ACCn", "V"),
+    SglField("vol_block", "V_BLOCK", "V"),
+    SglField("vol_back", "V_BACK", "V"),
+    SglField("vol_srvo", "V_SERVO", "V"),
+    SglField("vol_cabt", "V_CABT", "V"),
+    SglField("vol_fan", "V_FAN", "V"),
 )
 """All fields, in the order of the columns of SGL's text files."""
 
@@ -147,25 +147,25 @@ DIRECT = {
     "roll_rate": "ins_rate_x_dps",
     "yaw_rate": "ins_rate_z_dps",
 } | {theirs: ours for ours, theirs in columns.ALIASES_SGL.items()}
-"""Fields that are a column as it is."""
+"""Fields that equal a column."""
 
 NEGATED = {"ins_vw": "ins_ve_mps", "ins_vu": "ins_vd_mps"}
-"""West and up there, east and down here."""
+"""West and up in the layout, east and down in a recording."""
 
 RADIANS = {"ins_lat": "ins_lat_deg", "ins_lon": "ins_lon_deg"}
-"""Radians there, degrees here."""
+"""Radians in the layout, degrees in a recording."""
 
 SCALED = {"static_p": ("baro_pa", 1e-3)}
-"""Our column and what it is multiplied by: kilopascals there, pascals here."""
+"""Column of a recording and its factor: kilopascals in the layout, pascals in a recording."""
 
 
 def magnetometers(recording: Recording) -> dict[str, str]:
-    """Number of each scalar magnetometer that has a place in the layout; ``m3`` keeps its number."""
+    """Return the number of each scalar magnetometer in the layout, as far as there are; ``m3`` keeps its number."""
     return _places(recording.scalars, {f"m{number}": number for number in MAGNETOMETERS})
 
 
 def fluxgates(recording: Recording) -> dict[str, str]:
-    """Letter of each fluxgate that has a place in the layout; ``a`` to ``d`` keep theirs."""
+    """Return the letter of each fluxgate in the layout, as far as there are; ``a`` to ``d`` keep theirs."""
     return _places(recording.fluxgates, {letter: letter for letter in FLUXGATES})
 
 
@@ -178,12 +178,12 @@ def _places(sensors: tuple[str, ...], kept: dict[str, str]) -> dict[str, str]:
 
 
 def start_of(recording: Recording) -> datetime:
-    """Instant of time 0.
+    """Return the instant of time 0.
 
     Raises
     ------
     RequestError
-        If the recording does not tell.
+        If the recording does not state it.
     """
     start = recording.meta.get("start_utc")
     if not isinstance(start, str):
@@ -194,9 +194,10 @@ def start_of(recording: Recording) -> datetime:
 
 
 def path_of(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Latitude, longitude [deg] and height above the ellipsoid [m] as a survey would publish them.
+    """Return latitude, longitude [deg] and height above the ellipsoid [m] as a survey would publish them.
 
-    That is what positioning after the flight brings: the true path where the recording has it, else that of the INS.
+    Surveys publish positions that are processed after the flight: the true path if the recording has it, else that of
+    the INS.
 
     Raises
     ------
@@ -212,7 +213,7 @@ def path_of(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def lines_of(recording: Recording, flight: int) -> np.ndarray:
-    """Line numbers as SGL writes them, (n,): flight and circuit, ``1.02``; the circuit alone beyond 99."""
+    """Return line numbers as SGL writes them, (n,): flight and circuit, ``1.02``; the circuit alone beyond 99."""
     circuit = recording[columns.CIRCUIT.pattern] if columns.CIRCUIT.pattern in recording else np.ones(len(recording))
     if np.max(circuit) > 99:
         return np.asarray(circuit, dtype=float)
@@ -220,7 +221,7 @@ def lines_of(recording: Recording, flight: int) -> np.ndarray:
 
 
 def fields_of(recording: Recording, flight: int) -> dict[str, np.ndarray]:
-    """Columns of a recording as fields of the layout, in its order.
+    """Return the columns of a recording as fields of the layout, in its order.
 
     Parameters
     ----------
@@ -232,16 +233,16 @@ def fields_of(recording: Recording, flight: int) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of str to (n,)
-        NaN where a value is missing. Fields that the recording knows nothing about are absent.
+        Missing values are NaN. Fields without a corresponding column are absent.
 
     Raises
     ------
     RequestError
-        If the date or the position is not there, or beyond what the layout can tell.
+        If date or position is missing, or beyond the range of the layout.
 
     Notes
     -----
-    ``mag_1_c`` is the reading minus the noise-free interference, what a perfect compensation would leave, and absent
+    ``mag_1_c`` is the reading minus the noise-free interference, as after a perfect compensation, and absent
     without labels. ``mag_1_lag`` equals it, or the reading where it is absent; ``mag_1_dc = mag_1_lag - diurnal``; and
     ``mag_1_igrf = mag_1_dc`` minus the IGRF at ``lat, lon, utm_z``. ``diurnal`` is the base station's reading minus its
     mean, 0 without a station.
@@ -286,7 +287,7 @@ def _time_and_place(recording: Recording, flight: int) -> dict[str, np.ndarray]:
     zone = utm_zone(lat[0], lon[0])
     easting, northing = utm(np.radians(lat), np.radians(lon), zone=zone, south=bool(lat[0] < 0.0))
     rows = np.ones(len(recording))
-    # past midnight the time goes on beyond 86400 and the day stays, so that time never runs back
+    # past midnight the time exceeds 86400 and the day stays the same, so that time always increases
     return {
         "line": lines_of(recording, flight),
         "flight": flight * rows,
@@ -302,7 +303,7 @@ def _time_and_place(recording: Recording, flight: int) -> dict[str, np.ndarray]:
 
 
 def _level_accelerations(recording: Recording) -> dict[str, np.ndarray]:
-    """Accelerometers of a level platform whose x axis looks north: ours turned by the attitude that the INS tells.
+    """Return the accelerations of a level platform with its x axis north: ours, rotated by the attitude of the INS.
 
     SGL's INS is gimballed: x is horizontal, ``ins_wander`` counterclockwise from north, y a quarter turn further, z up,
     gravity included (MagNav.jl, ``readmes/INS_readme.txt``).
@@ -311,13 +312,13 @@ def _level_accelerations(recording: Recording) -> dict[str, np.ndarray]:
     names = [columns.INS_ACCELERATION.name(axis=axis) for axis in columns.AXES]
     if not all(name in recording for name in (*angles, *names)):
         return {}
-    felt_n = rotate(rot_nb_from_attitude(np.radians(recording.stack(angles))), recording.stack(names))
-    north, east, down = felt_n.T
+    force_n = rotate(rot_nb_from_attitude(np.radians(recording.stack(angles))), recording.stack(names))
+    north, east, down = force_n.T
     return {"ins_acc_x": north, "ins_acc_y": -east, "ins_acc_z": -down, "ins_wander": np.zeros(len(recording))}
 
 
 def _magnetic(recording: Recording, found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Readings, and Mag 1 through the stages of SGL's processing."""
+    """Return the readings, and Mag 1 after each stage of SGL's processing."""
     bases = columns.sensors_of(recording.data, columns.BASE)
     diurnal = np.zeros(len(recording))
     if bases:

@@ -1,6 +1,6 @@
-"""Tables for survey programs and for data frames: Geosoft XYZ, ASEG-GDF2, CSV, Parquet.
+"""Export of tables for survey programs and data frames: Geosoft XYZ, ASEG-GDF2, CSV, Parquet.
 
-The printed digits are the precision: a value read back differs by half of the last digit at most.
+The printed digits are the precision: a value read back differs by at most half of the last digit.
 """
 
 import re
@@ -28,11 +28,11 @@ CHUNK = 2000
 """Rows that are formatted at once."""
 
 MISSING = "*"
-"""What XYZ files print for a value that is not there."""
+"""Text of a missing value in XYZ files."""
 
 
 @dataclass(frozen=True)
-class Column:
+class PrintedColumn:
     """One printed column; NaN in ``values`` is a missing value."""
 
     name: str
@@ -43,7 +43,7 @@ class Column:
 
 
 def write_xyz(path: Path, recording: Recording, flight: int) -> None:
-    """Standard Geosoft XYZ: comments, ``//Flight``, ``//Date``, and a ``LINE`` record before each line's rows."""
+    """Write standard Geosoft XYZ: comments, ``//Flight``, ``//Date``, and a ``LINE`` record before each line's rows."""
     printed = columns_of(recording)
     lines = line_numbers(recording)
     starts = [0, *(np.flatnonzero(np.diff(lines)) + 1).tolist(), len(lines)]
@@ -62,10 +62,10 @@ def write_xyz(path: Path, recording: Recording, flight: int) -> None:
 
 
 def write_sgl(path: Path, recording: Recording, flight: int) -> None:
-    """XYZ as SGL writes it: a head of column names in the third line, the line's number in the first column."""
+    """Write XYZ as SGL does: column names in the third line, the number of the survey line in the first column."""
     fields = sgl.fields_of(recording, flight)
     printed = [
-        Column(sgl.BY_NAME[name].head, sgl.BY_NAME[name].unit, "", _sgl_digits(name), values)
+        PrintedColumn(sgl.BY_NAME[name].head, sgl.BY_NAME[name].unit, "", _sgl_digits(name), values)
         for name, values in fields.items()
     ]
     date = sgl.start_of(recording)
@@ -82,14 +82,14 @@ def _sgl_digits(name: str) -> int:
 
 
 def write_dat(path: Path, recording: Recording) -> None:
-    """Records of an ASEG-GDF2 pair: columns of fixed width."""
+    """Write the records of an ASEG-GDF2 pair: columns of fixed width."""
     printed = gdf2_columns(recording)
     with path.open("w", encoding="ascii", newline="\n") as file:
         _write_rows(file, printed, 0, len(recording), widths=[_width(column) for column in printed])
 
 
 def write_dfn(path: Path, recording: Recording) -> None:
-    """Definitions of an ASEG-GDF2 pair (Pratt 2003, ASEG-GDF2 revision 4)."""
+    """Write the definitions of an ASEG-GDF2 pair (Pratt 2003, ASEG-GDF2 revision 4)."""
     printed = gdf2_columns(recording)
     with path.open("w", encoding="ascii", newline="\n") as file:
         for number, column in enumerate(printed, start=1):
@@ -102,25 +102,25 @@ def write_dfn(path: Path, recording: Recording) -> None:
         file.write(f"DEFN {len(printed) + 1} ST=RECD,RT=;END DEFN\n")
 
 
-def gdf2_columns(recording: Recording) -> list[Column]:
-    """The number of the line, then every column."""
-    line = Column("line", "1", "Number of the line", 0, line_numbers(recording))
+def gdf2_columns(recording: Recording) -> list[PrintedColumn]:
+    """Return the number of the line, then every column."""
+    line = PrintedColumn("line", "1", "Number of the line", 0, line_numbers(recording))
     return [line, *columns_of(recording)]
 
 
-def _width(column: Column) -> int:
-    """Places of a fixed column, with a blank before the longest number."""
+def _width(column: PrintedColumn) -> int:
+    """Return the width of a fixed column, with a blank before the longest number."""
     ends = (float(np.min(column.values)), float(np.max(column.values)))
     return 1 + max(len(_form(column.digits) % value) for value in (*ends, -1.0))
 
 
 def write_csv(path: Path, recording: Recording) -> None:
-    """Every column with its unit in its name; the shortest digits that give the same number again."""
+    """Write every column, its unit in its name, with the shortest digits that are read as the same number."""
     recording.to_frame().to_csv(path, lineterminator="\n")
 
 
 def write_parquet(path: Path, recording: Recording) -> None:
-    """Every column as float64, with unit, role and meaning as metadata of its field.
+    """Write every column as float64, with unit, role and meaning as metadata of its field.
 
     Raises
     ------
@@ -135,8 +135,8 @@ def write_parquet(path: Path, recording: Recording) -> None:
         raise RequestError(msg) from None
     fields = [pa.field(columns.TIME, pa.float64(), nullable=False, metadata={"unit": "s"})]
     for name in recording.data:
-        family = columns.find(name)
-        details = {} if family is None else {"unit": family.unit, "role": family.role, "meaning": family.meaning}
+        family = columns.family_of(name)
+        details = {"unit": family.unit, "role": family.role, "meaning": family.meaning}
         fields.append(pa.field(name, pa.float64(), nullable=False, metadata=details))
     about = {"magsim": magsim.__version__, "name": recording.name}
     start = recording.meta.get("start_utc")
@@ -146,26 +146,25 @@ def write_parquet(path: Path, recording: Recording) -> None:
     parquet.write_table(pa.table([recording.time_s, *recording.data.values()], schema=schema), path)
 
 
-def columns_of(recording: Recording) -> list[Column]:
-    """Time and every column under their own names, ready to be printed."""
-    out = [Column(columns.TIME, "s", "Time from the first recorded row", 6, recording.time_s)]
+def columns_of(recording: Recording) -> list[PrintedColumn]:
+    """Return time and every column, with the digits to print."""
+    out = [PrintedColumn(columns.TIME, "s", "Time from the first recorded row", 6, recording.time_s)]
     for name, values in recording.data.items():
-        family = columns.find(name)
-        unit, meaning = ("1", "") if family is None else (family.unit, family.meaning)
-        whole = unit == "1" and bool(np.all(values == np.rint(values)))
-        place = name.endswith(("_lat_deg", "_lon_deg"))
-        digits = 0 if whole else POSITION_DIGITS if place else DIGITS.get(unit, 6)
-        out.append(Column(name, unit, meaning, digits, values))
+        family = columns.family_of(name)
+        whole = family.unit == "1" and bool(np.all(values == np.rint(values)))
+        position = name.endswith(("_lat_deg", "_lon_deg"))
+        digits = 0 if whole else POSITION_DIGITS if position else DIGITS.get(family.unit, 6)
+        out.append(PrintedColumn(name, family.unit, family.meaning, digits, values))
     return out
 
 
 def line_numbers(recording: Recording) -> np.ndarray:
-    """A number for every line, (n,): circuit and leg, 101, 102, ... 201; 1 where neither is known."""
+    """Return the number of the line of every row, (n,): circuit and leg, 101, 102, ... 201; 1 if neither is known."""
     circuit, leg = (recording.data.get(family.pattern) for family in (columns.CIRCUIT, columns.LEG))
-    if circuit is None and leg is None:
-        return np.ones(len(recording))
-    if circuit is None or leg is None:
-        return np.rint(leg if circuit is None else circuit)
+    if circuit is None:
+        return np.ones(len(recording)) if leg is None else np.rint(leg)
+    if leg is None:
+        return np.rint(circuit)
     step = max(100.0, 10.0 ** np.ceil(np.log10(np.max(leg) + 1.0)))
     return np.rint(circuit * step + leg)
 
@@ -175,9 +174,9 @@ def _form(digits: int) -> str:
 
 
 def _write_rows(
-    file: TextIO, printed: Sequence[Column], first: int, last: int, widths: Sequence[int] | None = None
+    file: TextIO, printed: Sequence[PrintedColumn], first: int, last: int, widths: Sequence[int] | None = None
 ) -> None:
-    """Rows of numbers, in pieces so that a long flight does not fill the memory."""
+    """Write rows of numbers, in chunks so that a long flight does not fill the memory."""
     for begin in range(first, last, CHUNK):
         end = min(last, begin + CHUNK)
         texts = [_texts(column, begin, end, 0 if widths is None else widths[i]) for i, column in enumerate(printed)]
@@ -185,7 +184,7 @@ def _write_rows(
         file.writelines(separator.join(row) + "\n" for row in zip(*texts, strict=True))
 
 
-def _texts(column: Column, begin: int, end: int, width: int) -> Iterable[str]:
+def _texts(column: PrintedColumn, begin: int, end: int, width: int) -> Iterable[str]:
     form = f"%{width or ''}.{column.digits}f"
     values = column.values[begin:end].tolist()
     texts = [MISSING if value != value else form % value for value in values]  # noqa: PLR0124 - NaN alone differs

@@ -1,7 +1,7 @@
-"""Tables of text from anywhere, read strictly and within bounds.
+"""Strict reading of text tables from any source, with bounds on their size.
 
 Every row has as many values as the head has names, every value is a plain decimal number within limits or marked as
-missing, and files, lines and tables have a largest size. What is wrong is told with the number of its line.
+missing, and the sizes of files, lines and tables are limited. Errors state the number of the line.
 """
 
 import re
@@ -19,20 +19,20 @@ MAX_BYTES = 4 * 1024**3
 MAX_LINE = 65_536
 MAX_COLUMNS = 2_000
 MAX_CELLS = 200_000_000
-"""Most values that are kept: 1.6 GB."""
+"""Most values of a table: 1.6 GB."""
 
 LARGEST = 1e15
 """Largest magnitude of a number."""
 
 MISSING = frozenset(("*", "", "nan", "NaN", "NAN"))
-"""What stands for a missing value."""
+"""Texts that stand for a missing value."""
 
 MAX_HEADS = 5_000
-"""Comments before the first row that are looked at for the names of columns."""
+"""Comments before the first row that are searched for the names of columns."""
 
 LINE_RECORDS = ("LINE", "TIE")
 LINE_FIELD = "line_record"
-"""Field that the ``LINE`` records of standard Geosoft XYZ make."""
+"""Field with the numbers of the ``LINE`` records of standard Geosoft XYZ."""
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})(?:[eE][+-]?[0-9]{1,4})?")
 
@@ -40,30 +40,30 @@ Choose = Callable[[Sequence[str]], Collection[str]]
 
 
 def read_csv(path: Path, choose: Choose) -> dict[str, np.ndarray]:
-    """Columns of a table with commas and one line of names.
+    """Read columns of a table with commas and one line of names.
 
     Parameters
     ----------
     path : Path
     choose : callable
-        Given the names of all columns, those that are wanted.
+        Called with the names of all columns; returns those that are wanted.
 
     Returns
     -------
     dict of str to (n,)
-        NaN where a value is missing.
+        Missing values are NaN.
 
     Raises
     ------
     RequestError
         If there is no such file, or it is too large.
     DataError
-        If anything in it is not as it must be.
+        If its content is not such a table.
     """
     lines = _lines(path)
     number, head = next(lines, (1, ""))
     names = [name.strip().strip('"') for name in head.split(",")]
-    table = _Table(path, number, names, choose)
+    table = _TextTable(path, number, names, choose)
     for number, line in lines:
         if line.strip():
             table.add(number, [value.strip() for value in line.split(",")])
@@ -71,14 +71,14 @@ def read_csv(path: Path, choose: Choose) -> dict[str, np.ndarray]:
 
 
 def read_xyz(path: Path, choose: Choose) -> dict[str, np.ndarray]:
-    """Columns of an XYZ file, as SGL or as Geosoft writes it.
+    """Read columns of an XYZ file, as SGL or as Geosoft writes it.
 
     The names are those of the last comment before the first row that has as many words as the row. ``LINE`` and
-    ``TIE`` records make the field ``line_record``. See ``read_csv`` for arguments and errors.
+    ``TIE`` records become the field ``line_record``. See ``read_csv`` for arguments and errors.
     """
     heads: list[tuple[int, list[str]]] = []
     line_record = ""
-    table: _Table | None = None
+    table: _TextTable | None = None
     for number, line in _lines(path):
         words = line.split()
         if not words:
@@ -97,7 +97,7 @@ def read_xyz(path: Path, choose: Choose) -> dict[str, np.ndarray]:
             if not fitting:
                 _refuse(path, number, f"no comment before this row names its {len(words)} columns")
             head_number, names = fitting[-1]
-            table = _Table(path, head_number, [*names, *([LINE_FIELD] if line_record else [])], choose)
+            table = _TextTable(path, head_number, [*names, *([LINE_FIELD] if line_record else [])], choose)
         table.add(number, [*words, line_record] if line_record else words)
     if table is None:
         msg = f"{path}: has no row of numbers"
@@ -105,8 +105,8 @@ def read_xyz(path: Path, choose: Choose) -> dict[str, np.ndarray]:
     return table.arrays()
 
 
-class _Table:
-    """Rows that are checked and kept as they come."""
+class _TextTable:
+    """The wanted columns of rows that are checked one by one."""
 
     def __init__(self, path: Path, number: int, names: Sequence[str], choose: Choose) -> None:
         self._path = path
@@ -116,20 +116,20 @@ class _Table:
             _refuse(path, number, f"there are {len(names)} columns; allowed: up to {MAX_COLUMNS}")
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:
-            _refuse(path, number, f"column {twice[0][:60]!a} is there twice")
+            _refuse(path, number, f"column {twice[0][:60]!a} exists twice")
         self._names = names
         wanted = choose(names)
-        self._kept = [(i, name, array("d")) for i, name in enumerate(names) if name in wanted]
-        self._room = MAX_CELLS
+        self._columns = [(i, name, array("d")) for i, name in enumerate(names) if name in wanted]
+        self._cells_left = MAX_CELLS
 
     def add(self, number: int, values: Sequence[str]) -> None:
-        """Take one row."""
+        """Check and append one row."""
         if len(values) != len(self._names):
             _refuse(self._path, number, f"there are {len(values)} values; expected {len(self._names)}, one a column")
-        self._room -= len(self._kept)
-        if self._room < 0:
+        self._cells_left -= len(self._columns)
+        if self._cells_left < 0:
             _refuse(self._path, number, f"the table has more than {MAX_CELLS} values, which is too large")
-        for i, name, column in self._kept:
+        for i, name, column in self._columns:
             text = values[i]
             if _NUMBER.fullmatch(text):
                 value = float(text)
@@ -139,15 +139,15 @@ class _Table:
             elif text in MISSING:
                 column.append(np.nan)
             else:
-                _refuse(self._path, number, f"{name} is {text[:40]!a}, which is no number")
+                _refuse(self._path, number, f"{name} is {text[:40]!a}, which is not a number")
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What was kept."""
-        return {name: np.array(column) for _, name, column in self._kept}
+        """Return the columns, (n,) each."""
+        return {name: np.array(column) for _, name, column in self._columns}
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Lines with their numbers, from 1."""
+    """Yield the lines with their numbers, from 1."""
     try:
         if path.exists() and not path.is_file():
             msg = f"{path}: is not a regular file"
@@ -180,6 +180,6 @@ def _text(path: Path, number: int, line: bytes) -> str:
     return text
 
 
-def _refuse(path: Path, number: int, why: str) -> NoReturn:
-    msg = f"{path}:{number}: {why}"
+def _refuse(path: Path, number: int, reason: str) -> NoReturn:
+    msg = f"{path}:{number}: {reason}"
     raise DataError(msg)

@@ -67,7 +67,7 @@ class FlightSeries:
     recording : Recording
         With attitude and position, by truth where it is known, else by the INS; maneuvers must be labeled.
     aircraft : Aircraft
-        Whose surfaces and circuits are looked for.
+        Whose surfaces and feeders are looked for.
 
     Raises
     ------
@@ -85,7 +85,7 @@ class FlightSeries:
         curve = signals.spline_derivative(slope, self.rate_hz)
         self._vectors = {"ambient": field_b, "slope": slope, "curve": curve}
         self._angles = _deflections(recording, {dipole.surface for dipole in aircraft.magnetics.hinged})
-        names = [columns.CURRENT.name(circuit=circuit.name) for circuit in aircraft.magnetics.circuits]
+        names = [columns.CURRENT.name(feeder=feeder.name) for feeder in aircraft.magnetics.feeders]
         self._currents = {k: recording[name] for k, name in enumerate(names) if name in recording}
         cosine_rate = signals.spline_derivative(self._direction, self.rate_hz)
         u = self._direction

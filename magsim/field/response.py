@@ -44,7 +44,7 @@ class AircraftResponse:
     eddy_error : (s,)
         Relative error of the modes at 0.5 Hz beside all currents of the conductor.
     wiring_nt_per_a : (s, 3, c) [nT/A]
-        Field of each circuit for 1 A.
+        Field of each feeder for 1 A.
     hinged : tuple of HingedDipole
         Dipoles on control surfaces.
     """

@@ -1,7 +1,7 @@
 """The field in a towed bird: the bird's own parts, the carrier's field at the bird, and what swinging changes.
 
 The carrier moves relative to the bird. Its field at a place is a sum over its sources (fixed moments, ambient field,
-modes of eddy currents, currents of circuits) of a coefficient of the place times the source's strength. Times the cube
+modes of eddy currents, currents of feeders) of a coefficient of the place times the source's strength. Times the cube
 of the distance, such a coefficient hardly changes over the places where a bird swings: it is computed at few nodes and
 interpolated in direction and inverse distance. What turns or rotates is followed as dipoles.
 """
@@ -141,7 +141,7 @@ def _earth_axes(situation: Situation) -> np.ndarray:
 def sources(above: Situation) -> np.ndarray:
     """Strengths of the carrier's sources along the flight, in the order of ``coefficients``, (n, 4 + k + c).
 
-    1 for the fixed moments, the ambient field [nT] (3), states of the k eddy modes, currents of the c circuits [A];
+    1 for the fixed moments, the ambient field [nT] (3), states of the k eddy modes, currents of the c feeders [A];
     each times the scale of its part, 0 where it is off.
     """
     field, count = above.scenario.field, len(above.time_s)

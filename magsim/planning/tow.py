@@ -33,8 +33,8 @@ def check_tow(
 
 
 def check_names(aircraft: Aircraft, bird: Bird | None) -> Iterator[tuple[str, str]]:
-    """Circuits and buses of carrier and bird must differ in name: both become columns."""
-    for kind in ("circuits", "buses"):
+    """Feeders and buses of carrier and bird must differ in name: both become columns."""
+    for kind in ("feeders", "buses"):
         above, below = ({item.name for item in getattr(v.magnetics, kind)} if v else set() for v in (aircraft, bird))
         double = ", ".join(sorted(above & below))
         if double:

@@ -6,6 +6,7 @@ Each kind is one function ``recording -> Figure``; ``KINDS`` is the table that t
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +35,7 @@ __all__ = [
 ]
 
 
-def _figures(module: str = "figures") -> object:
+def _figures(module: str = "figures") -> ModuleType:
     try:
         return import_module(f"magsim.plots.{module}")
     except ImportError as error:
@@ -45,30 +46,30 @@ def _figures(module: str = "figures") -> object:
 
 
 def plot_flight(recording: Recording, sensor: str | None = None) -> "Figure":
-    """Ground track, and roll, pitch, heading and height over time, with legs and maneuvers marked."""
+    """Plot the ground track, and roll, pitch, heading and height over time, with legs and maneuvers marked."""
     del sensor
     return _figures().flight(recording)
 
 
 def plot_field(recording: Recording, sensor: str | None = None) -> "Figure":
-    """Reading of a scalar magnetometer, beside the background field where the truth is known."""
+    """Plot the reading of a scalar magnetometer, with the background field if the truth is known."""
     return _figures().field(recording, pick_sensor(recording, sensor))
 
 
 def plot_interference(recording: Recording, sensor: str | None = None) -> "Figure":
-    """What each part of the aircraft adds to the scalar reading, in full and in the compensation band."""
+    """Plot the contribution of each part of the platform to the scalar reading, in full and in the band."""
     sensor = pick_sensor(recording, sensor)
     _need_truth(recording, sensor)
     return _figures().interference(recording, sensor)
 
 
 def plot_spectrum(recording: Recording, sensor: str | None = None) -> "Figure":
-    """Amplitude spectral density of the reading, the background, the parts and the attitude."""
+    """Plot the amplitude spectral density of the reading, the background, the parts and the attitude."""
     return _figures().spectrum(recording, pick_sensor(recording, sensor))
 
 
 def plot_electronics(recording: Recording, sensor: str | None = None) -> "Figure":
-    """Currents that change, bus voltages, and the field of the wiring where the truth is known."""
+    """Plot varying currents, bus voltages, and the field of the wiring if the truth is known."""
     sensor = pick_sensor(recording, sensor)
     if not any(columns.find(name) is columns.CURRENT for name in recording.names("input")):
         msg = (
@@ -80,7 +81,7 @@ def plot_electronics(recording: Recording, sensor: str | None = None) -> "Figure
 
 
 def plot_tow(recording: Recording, sensor: str | None = None) -> "Figure":
-    """How a towed bird swings: angles, tension, heights, what that does to the field, and the spectrum of it.
+    """Plot the swing of a towed bird: angles, tension, heights, effect on the field, and the spectrum.
 
     Raises
     ------
@@ -95,7 +96,7 @@ def plot_tow(recording: Recording, sensor: str | None = None) -> "Figure":
 
 
 def plot_residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndarray]) -> "Figure":
-    """In-band error before and after compensation.
+    """Plot the error in band before and after compensation.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ def plot_mounts(
     off_m: float,
     mounts: Mapping[str, Sequence[float]],
 ) -> "Figure":
-    """A mount map: planes through an aircraft, and the aircraft itself, colored by the predicted figure of merit.
+    """Plot a mount map: planes through an aircraft, and its surface, colored by the predicted figure of merit.
 
     Parameters
     ----------
@@ -127,10 +128,10 @@ def plot_mounts(
     slices : sequence of Slice
         Two of them.
     triangles_m : (t, 3, 3) [m]
-        Corners of the triangles of the skin or outline; none where the aircraft has neither.
+        Corners of the triangles of the skin or outline; none if the aircraft has neither.
     skin_values : (t,) [nT]
     off_m : float [m]
-        Distance from the skin at which those are.
+        Distance from the skin of these values.
     mounts : mapping of str to (3,) [m]
     """
     drawing = _figures("mounts")
@@ -149,7 +150,7 @@ KINDS: dict[str, Callable[[Recording, str | None], "Figure"]] = {
 
 
 def pick_sensor(recording: Recording, sensor: str | None) -> str:
-    """The scalar magnetometer that is meant.
+    """Return the named scalar magnetometer, by default the first.
 
     Raises
     ------
@@ -176,12 +177,12 @@ def _need_truth(recording: Recording, sensor: str) -> None:
 
 
 def save(figure: "Figure", path: Path, *, force: bool = False) -> None:
-    """Write a figure as PNG or SVG by the ending of the path, atomically.
+    """Write a figure as PNG or SVG, according to the ending of the path, atomically.
 
     Raises
     ------
     RequestError
-        If the ending is another one, or the file exists and ``force`` is not set.
+        If the ending is another, or the file exists and ``force`` is not set.
     """
     kind = path.suffix.lower().lstrip(".")
     if kind not in {"png", "svg"}:

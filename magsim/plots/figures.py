@@ -1,4 +1,4 @@
-"""The drawing itself: matplotlib figures of one recording."""
+"""Drawing of the matplotlib figures of one recording."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -24,14 +24,14 @@ STEADY_A = 0.1
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of a size [in]."""
+    """Return an empty figure of a size [in]."""
     figure = Figure(figsize=(width, height), dpi=120, layout="constrained")
     figure.patch.set_facecolor("white")
     return figure
 
 
 def dress(axes: Axes, ylabel: str, *, xlabel: str = "") -> None:
-    """Labels, grid and spines as all figures have them."""
+    """Set labels, grid and spines in the style of all figures."""
     axes.set_ylabel(ylabel, color=INK, fontsize=9)
     if xlabel:
         axes.set_xlabel(xlabel, color=INK, fontsize=9)
@@ -43,13 +43,13 @@ def dress(axes: Axes, ylabel: str, *, xlabel: str = "") -> None:
 
 
 def legend_above(axes: Axes, ncols: int) -> None:
-    """A legend above the axes, where anything has a label."""
+    """Draw a legend above the axes, if anything has a label."""
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize=8, frameon=False, ncols=ncols, loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
 def _runs(values: np.ndarray) -> list[tuple[int, int, float]]:
-    """Runs of equal value: (first row, row after the last, value)."""
+    """Return runs of equal values: (first row, row after the last, value)."""
     cuts = np.flatnonzero(np.diff(values)) + 1
     bounds = [0, *cuts.tolist(), len(values)]
     return [(a, b, float(values[a])) for a, b in pairwise(bounds)]
@@ -68,22 +68,22 @@ def _shade_maneuvers(axes: Axes, recording: Recording, *, legend: bool = False) 
 
 
 def angle_of(recording: Recording, angle: str) -> np.ndarray:
-    """A true angle [deg], or that of the INS where the truth is not known."""
+    """Return a true angle [deg], or that of the INS if the truth is not known."""
     true = columns.TRUE_ATTITUDE.name(angle=angle)
     return recording[true] if true in recording else recording[columns.INS_ATTITUDE.name(angle=angle)]
 
 
 def _offsets(lat: np.ndarray, lon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """North and east of the first point [m], dropped on the plane that touches the ellipsoid there."""
-    places_e = wgs84.ecef_from_geodetic(lat, lon, 0.0)
-    north, east, _ = np.einsum("ij,nj->in", wgs84.rot_ne_at(lat[0], lon[0]), places_e - places_e[0])
+    """Return north and east of the first point [m], in the plane tangent to the ellipsoid there."""
+    points_e = wgs84.ecef_from_geodetic(lat, lon, 0.0)
+    north, east, _ = np.einsum("ij,nj->in", wgs84.rot_ne_at(lat[0], lon[0]), points_e - points_e[0])
     return north, east
 
 
 def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:
-    """Heading over one turn with gaps at the jump, so that no line runs across the plot.
+    """Return the heading within one turn, with gaps at the jump, so that no line crosses the plot.
 
-    It jumps where the flight has been least, at 315 degrees where there is a choice, so that no leg is torn.
+    The jump is at the heading that was flown least, at 315 degrees if there is a choice, so that no leg is cut.
     """
     counts, _ = np.histogram(heading_deg % 360.0, bins=72, range=(0.0, 360.0))
     near = counts + np.roll(counts, 1)  # on both sides of the lower edge of each bin
@@ -97,7 +97,7 @@ def _heading_for_line(heading_deg: np.ndarray) -> np.ndarray:
 
 
 def flight(recording: Recording) -> Figure:
-    """Ground track, attitude and height."""
+    """Draw ground track, attitude and height."""
     figure = new_figure(13.0, 6.4)
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.7))
     track = figure.add_subplot(grid[:, 0])
@@ -145,7 +145,7 @@ def flight(recording: Recording) -> Figure:
 
 
 def field(recording: Recording, sensor: str) -> Figure:
-    """Reading and background."""
+    """Draw reading and background."""
     figure = new_figure(11.0, 4.2)
     axes = figure.add_subplot()
     _shade_maneuvers(axes, recording, legend=True)
@@ -162,7 +162,7 @@ def field(recording: Recording, sensor: str) -> Figure:
 
 
 def part_projections(recording: Recording, sensor: str) -> dict[str, np.ndarray]:
-    """Each part of the platform's field along the background's direction, (n,) [nT]; zero parts are left out."""
+    """Return each part of the platform's field along the direction of the background, (n,) [nT], except zero parts."""
     vectors = {
         component: recording.vector(columns.PART, component=component, sensor=sensor)
         for component in columns.components_of(recording.data, sensor)
@@ -177,7 +177,7 @@ def part_projections(recording: Recording, sensor: str) -> dict[str, np.ndarray]
 
 
 def interference(recording: Recording, sensor: str) -> Figure:
-    """Parts of the interference, in full and in band."""
+    """Draw the parts of the interference, in full and in band."""
     parts = part_projections(recording, sensor)
     figure = new_figure(11.0, 2.0 + 1.7 * len(parts))
     grid = figure.subplots(len(parts) + 1, 2, sharex=True, squeeze=False, width_ratios=(1.0, 1.0))
@@ -200,7 +200,7 @@ def interference(recording: Recording, sensor: str) -> Figure:
 
 
 def spectrum(recording: Recording, sensor: str) -> Figure:
-    """Amplitude spectral densities."""
+    """Draw amplitude spectral densities."""
     figure = new_figure(11.0, 4.6)
     left, right = figure.subplots(1, 2)
     lines = {"reading": (recording[columns.MAG.name(sensor=sensor)], INK)}
@@ -230,7 +230,7 @@ def spectrum(recording: Recording, sensor: str) -> Figure:
 
 
 def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndarray]) -> Figure:
-    """In-band error before and after compensation."""
+    """Draw the error in band before and after compensation."""
     figure = new_figure(11.0, 1.8 + 1.5 * len(estimates))
     grid = figure.subplots(1 + len(estimates), 1, sharex=True)
     measured = recording[columns.MAG.name(sensor=sensor)]
@@ -256,14 +256,14 @@ def residuals(recording: Recording, sensor: str, estimates: Mapping[str, np.ndar
 
 
 def _fields(recording: Recording, family: columns.Family, key: str) -> dict[str, np.ndarray]:
-    """Columns of a family by the name of the circuit or bus."""
+    """Return the columns of a family by the name of the feeder or bus."""
     found = {name: family.match(name) for name in recording.names("input")}
     return {fields[key]: recording[name] for name, fields in found.items() if fields is not None}
 
 
 def electronics(recording: Recording, sensor: str) -> Figure:
-    """Currents that change, bus voltages, and the field of the wiring along the background."""
-    currents = _fields(recording, columns.CURRENT, "circuit")
+    """Draw varying currents, bus voltages, and the field of the wiring along the background."""
+    currents = _fields(recording, columns.CURRENT, "feeder")
     voltages = _fields(recording, columns.VOLTAGE, "bus")
     drawn = {name: amperes for name, amperes in currents.items() if np.ptp(amperes) > STEADY_A}
     truth = columns.CLEAN.name(sensor=sensor) in recording

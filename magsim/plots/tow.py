@@ -1,4 +1,4 @@
-"""The drawing of a tow: how the bird swings under its rope, and what that does to the field."""
+"""Drawing of a tow: the swing of the bird under its rope, and its effect on the field."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,11 +10,11 @@ from magsim.plots.figures import COLORS, INK, angle_of, dress, legend_above, new
 from magsim.recording import Recording
 
 SPECTRUM_S = 100.0
-"""Length of the pieces of a spectrum: the swing of a 30 m rope has nine periods in it."""
+"""Length of the windows of a spectrum: nine periods of the swing of a 30 m rope."""
 
 
 def swing_angles(recording: Recording) -> dict[str, np.ndarray]:
-    """Angles of the rope and of the bird [deg]; yaw is the bird's heading less that of its carrier."""
+    """Return the angles of the rope and of the bird [deg]; yaw is the bird's heading less that of its carrier."""
     rope = {way: recording[columns.TRUE_ROPE_ANGLE.name(way=way)] for way in columns.ROPE_WAYS}
     carrier = recording[columns.TRUE_CARRIER_ATTITUDE.name(angle="heading")]
     yaw = (angle_of(recording, "heading") - carrier + 180.0) % 360.0 - 180.0
@@ -28,7 +28,7 @@ def swing_angles(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def tow(recording: Recording, sensor: str) -> Figure:
-    """Angles, tension, heights and field over time; spectrum of the angles; the swing as seen from above."""
+    """Draw angles, tension, heights and field over time; the spectrum of the angles; the swing seen from above."""
     figure = new_figure(13.0, 8.4)
     grid = figure.add_gridspec(5, 2, width_ratios=(1.6, 1.0))
     angles = swing_angles(recording)
@@ -41,9 +41,9 @@ def tow(recording: Recording, sensor: str) -> Figure:
     for name, color in (("bird, pitch", COLORS[2]), ("bird, yaw", COLORS[3]), ("bird, roll", COLORS[4])):
         time[1].plot(recording.time_s, angles[name], color=color, lw=0.6, label=name)
     time[2].plot(recording.time_s, recording[columns.TRUE_ROPE_TENSION.name()], color=INK, lw=0.6)
-    for name, color in ((columns.TRUE_CARRIER_ALTITUDE, COLORS[0]), (columns.TRUE_ALTITUDE, INK)):
-        label = "carrier" if name is columns.TRUE_CARRIER_ALTITUDE else "bird"
-        time[3].plot(recording.time_s, recording[name.name()], color=color, lw=0.8, label=label)
+    heights = {"carrier": (columns.TRUE_CARRIER_ALTITUDE, COLORS[0]), "bird": (columns.TRUE_ALTITUDE, INK)}
+    for label, (family, color) in heights.items():
+        time[3].plot(recording.time_s, recording[family.name()], color=color, lw=0.8, label=label)
     _field(time[4], recording, sensor)
     labels = ("rope [deg]", "bird [deg]", "tension [N]", "height [m]", "above 0.03 Hz [nT]")
     for axes, label in zip(time, labels, strict=True):
@@ -67,7 +67,7 @@ def _shade_turns(axes: Axes, recording: Recording) -> None:
 
 
 def _field(axes: Axes, recording: Recording, sensor: str) -> None:
-    """What swinging changes of the background, beside the interference, both without what is slow."""
+    """Draw the change of the background by the swing, and the interference, both high-passed."""
     for name, label, color in (
         (columns.SWING.name(sensor=sensor), "background, by swinging", COLORS[2]),
         (columns.INTERFERENCE.name(sensor=sensor), "interference", COLORS[1]),
@@ -83,13 +83,13 @@ def _field(axes: Axes, recording: Recording, sensor: str) -> None:
 
 
 def straight(recording: Recording) -> np.ndarray:
-    """Rows on legs, (n,) bool; all where the recording does not tell turns."""
+    """Return the rows on legs, (n,) bool; all rows if the recording has no column of turns."""
     turn = columns.TURN.pattern
     return recording[turn] == 0.0 if turn in recording else np.ones(len(recording), dtype=bool)
 
 
 def _spectrum(axes: Axes, recording: Recording) -> None:
-    """Densities of the angles over the straight legs, piece by piece."""
+    """Draw the spectral densities of the angles, averaged over the straight legs."""
     size = int(SPECTRUM_S * recording.rate_hz)
     pieces = [piece for piece in recording.take(straight(recording)).pieces() if len(piece) >= size // 2]
     found = [swing_angles(piece) for piece in pieces]
@@ -107,12 +107,12 @@ def _spectrum(axes: Axes, recording: Recording) -> None:
     if axes.lines:
         axes.legend(fontsize=8, frameon=False)
     else:
-        why = f"no leg of {SPECTRUM_S / 2.0:.0f} s"
-        axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", fontsize=9, color=INK)
+        note = f"no leg of {SPECTRUM_S / 2.0:.0f} s"
+        axes.text(0.5, 0.5, note, transform=axes.transAxes, ha="center", fontsize=9, color=INK)
 
 
 def _from_above(axes: Axes, recording: Recording, angles: dict[str, np.ndarray]) -> None:
-    """Where the bird is from the hook, over its depth below it, on legs and in turns."""
+    """Draw the bird's position relative to the hook, divided by its depth below, on legs and in turns."""
     right, behind = np.tan(np.radians(angles["rope, side"])), np.tan(np.radians(angles["rope, trail"]))
     legs = straight(recording)
     for rows, color, label in ((~legs, "#b7bec6", "turns"), (legs, COLORS[0], "legs")):

@@ -274,7 +274,7 @@ class BaseStation(GroundPoint):
 
 
 class Electrical(InstrumentClock):
-    """Current sensors of all circuits and voltmeters of all buses that the aircraft's file names."""
+    """Current sensors of all feeders and voltmeters of all buses that the aircraft's file names."""
 
     enabled: bool = Field(default=True, description="false: currents flow, nobody records them")
     current_noise_a_rthz: NonNegative = Field(default=0.002, description="white noise density")

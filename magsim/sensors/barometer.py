@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from magsim import columns
 from magsim.earth.atmosphere import geopotential_height, pressure_altitude, standard_pressure
 from magsim.scenario import Barometer
+from magsim.sensors.instrument import Columns, MeasuredFlight
 from magsim.sensors.noise import white_noise
 from magsim.signals import first_order_lag, gauss_markov
 from magsim.streams import stream
@@ -41,7 +42,7 @@ def baro_columns(
     ground: Ground | None,
     rate_hz: float,
     seed: int,
-) -> dict[str, np.ndarray]:
+) -> Columns:
     """What the barometer says at the rows of a trajectory.
 
     Parameters
@@ -78,6 +79,16 @@ def baro_columns(
     }
 
 
-def true_baro_columns(barometer: Barometer, path: Trajectory, ground: Ground | None) -> dict[str, np.ndarray]:
+def true_baro_columns(barometer: Barometer, path: Trajectory, ground: Ground | None) -> Columns:
     """The pressure at the rows of a trajectory, (n,) [Pa]."""
     return {columns.TRUE_PRESSURE.name(): static_pressure(path, ground, barometer.qnh_pa)}
+
+
+def read(flight: MeasuredFlight) -> Columns:
+    """Return the readings of the barometer, and the true pressure; none without one."""
+    barometer = flight.sensors.barometer
+    if barometer is None:
+        return {}
+    ground, path = flight.ground, flight.path_read(barometer, "baro")
+    readings = baro_columns(barometer, flight.log, path, ground=ground, rate_hz=flight.rate_hz, seed=flight.seed)
+    return readings | true_baro_columns(barometer, flight.path, ground)

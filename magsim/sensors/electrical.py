@@ -5,8 +5,9 @@ import numpy as np
 from magsim import columns
 from magsim.scenario import Electrical
 from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.clocks import instants
+from magsim.sensors.instrument import Columns, MeasuredFlight
 from magsim.sensors.noise import white_noise
-from magsim.sensors.timing import instants
 from magsim.streams import stream
 from magsim.truth import FieldTruth
 
@@ -74,7 +75,7 @@ def electrical_columns(
             rate_hz=rate_hz,
             rng=stream(seed, f"electrical/current/{name}"),
         )
-        out[columns.CURRENT.name(circuit=name)] = rows(f"electrical/current/{name}", reading)
+        out[columns.CURRENT.name(feeder=name)] = rows(f"electrical/current/{name}", reading)
     for name, voltage in truth.voltages_v.items():
         reading = measure(
             voltage,
@@ -85,4 +86,12 @@ def electrical_columns(
             rng=stream(seed, f"electrical/voltage/{name}"),
         )
         out[columns.VOLTAGE.name(bus=name)] = rows(f"electrical/voltage/{name}", reading)
+    return out
+
+
+def read(flight: MeasuredFlight) -> Columns:
+    """Return the readings of all current and voltage sensors, carrier first."""
+    out: Columns = {}
+    for truth in flight.truths.values():
+        out |= electrical_columns(flight.sensors.electrical, truth, flight.acquisition, flight.seed)
     return out

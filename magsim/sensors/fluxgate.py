@@ -17,9 +17,10 @@ from magsim import columns
 from magsim.frames import rot_nb_from_attitude, rotate, turned_back
 from magsim.scenario import FluxgateSensor
 from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.clocks import instants
+from magsim.sensors.instrument import Columns, MeasuredFlight
 from magsim.sensors.noise import white_noise
 from magsim.sensors.scalar import part_columns
-from magsim.sensors.timing import instants
 from magsim.signals import first_order_lag
 from magsim.streams import stream
 from magsim.truth import FieldTruth
@@ -132,7 +133,7 @@ def fluxgate_columns(
     acquisition: Acquisition,
     seed: int,
     warmth_c: np.ndarray | None = None,
-) -> dict[str, np.ndarray]:
+) -> Columns:
     """Reading and truth of one fluxgate.
 
     Parameters
@@ -172,3 +173,11 @@ def fluxgate_columns(
         family.name(sensor=sensor.name, axis=a): v[:, k] for family, v in vectors for k, a in enumerate(columns.AXES)
     }
     return out | part_columns(sensor.name, sensor.mount, truth, acquisition)
+
+
+def read(flight: MeasuredFlight) -> Columns:
+    """Return the columns of all fluxgates."""
+    out: Columns = {}
+    for sensor in flight.sensors.fluxgate:
+        out |= fluxgate_columns(sensor, flight.truths[sensor.body], flight.acquisition, flight.seed, flight.cabin_c)
+    return out

@@ -17,8 +17,9 @@ from magsim.earth.gravity import SPIN_RADPS, gravity_n
 from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
 from magsim.scenario import Ins
 from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.clocks import instants
+from magsim.sensors.instrument import Columns, MeasuredFlight
 from magsim.sensors.noise import white_noise
-from magsim.sensors.timing import instants
 from magsim.signals import gauss_markov
 from magsim.streams import stream
 from magsim.trajectory import Trajectory
@@ -132,7 +133,7 @@ def samples_of(log: Trajectory, rows: Acquisition) -> tuple[np.ndarray, Acquisit
     return samples, Acquisition.of(time_s, rows.time_s[-1], rate_hz, rows.rate_out_hz)
 
 
-def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) -> dict[str, np.ndarray]:
+def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) -> Columns:
     """What the accelerometers and gyros of an INS say, and the truth of it.
 
     Parameters
@@ -168,3 +169,8 @@ def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) ->
         (columns.TRUE_INERTIAL_RATE, true[:, 3:]),
     )
     return {family.name(axis=a): values[:, k] for family, values in vectors for k, a in enumerate(columns.AXES)}
+
+
+def read(flight: MeasuredFlight) -> Columns:
+    """Return the readings of accelerometers and gyros in the body that is surveyed with, and the truth of them."""
+    return inertial_columns(flight.sensors.ins, flight.log, flight.acquisition, flight.seed)

@@ -12,8 +12,9 @@ from magsim import columns
 from magsim.frames import turned_back
 from magsim.scenario import ScalarSensor
 from magsim.sensors.acquisition import Acquisition, Counter
+from magsim.sensors.clocks import instants
+from magsim.sensors.instrument import Columns, MeasuredFlight
 from magsim.sensors.noise import white_noise
-from magsim.sensors.timing import instants
 from magsim.signals import first_order_lag
 from magsim.streams import stream
 from magsim.truth import FieldTruth
@@ -117,7 +118,7 @@ def scalar_columns(
     acquisition: Acquisition,
     seed: int,
     rate_b: np.ndarray | None = None,
-) -> dict[str, np.ndarray]:
+) -> Columns:
     """Reading, labels and truth of one scalar magnetometer.
 
     Parameters
@@ -198,7 +199,7 @@ def _taken(sensor: ScalarSensor, truth: FieldTruth, window: Acquisition | Counte
     return taken
 
 
-def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisition | Counter) -> dict[str, np.ndarray]:
+def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisition | Counter) -> Columns:
     """Every part of the field at a sensor, filtered by axis, body axes, (rows,) [nT] each.
 
     Parameters
@@ -213,4 +214,13 @@ def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisit
         rows = acquisition(truth.part(component, mount))
         for k, axis in enumerate(columns.AXES):
             out[columns.PART.name(component=component, sensor=name, axis=axis)] = rows[:, k]
+    return out
+
+
+def read(flight: MeasuredFlight) -> Columns:
+    """Return the columns of all scalar magnetometers."""
+    out: Columns = {}
+    for sensor in flight.sensors.scalar:
+        rate_b = flight.rate_b(sensor.body) if sensor.gyro_shift else None
+        out |= scalar_columns(sensor, flight.truths[sensor.body], flight.acquisition, flight.seed, rate_b)
     return out

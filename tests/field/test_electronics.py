@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import Aircraft, load_aircraft
-from magsim.aircraft.magnetics import Bus, Circuit, Magnetics
+from magsim.aircraft.magnetics import Bus, Feeder, Magnetics
 from magsim.errors import RequestError
 from magsim.field import compute_field, load_response
 from magsim.field.metal.coils import Loop
@@ -43,8 +43,8 @@ def clock(flight: Flight, seed: int = 1) -> Clock:
     return Clock(time, 1.0 / RATE, flight, seed)
 
 
-def load(**settings) -> Circuit:
-    return Circuit.model_validate({"name": "x", "wire_radius_m": 0.001, "load": settings, "source": "a test"})
+def load(**settings) -> Feeder:
+    return Feeder.model_validate({"name": "x", "wire_radius_m": 0.001, "load": settings, "source": "a test"})
 
 
 def current(flight: Flight, seed: int = 1, **settings) -> np.ndarray:
@@ -119,21 +119,21 @@ def test_pump_cycles_by_the_seed_and_its_own_name():
 
 
 def test_sums_voltages_and_loads_that_are_off():
-    circuits = (
+    feeders = (
         load(kind="constant", current_a=3.0),
         load(kind="constant", current_a=4.0).model_copy(update={"name": "y"}),
         load(kind="sum", of=["x", "y"], current_a=1.5).model_copy(update={"name": "z"}),
     )
-    drawn = currents(circuits, clock(flown()))
+    drawn = currents(feeders, clock(flown()))
     np.testing.assert_allclose(drawn["z"], 8.5)
     buses = (
-        Bus(name="main", open_circuit_v=28.0, resistance_ohm=0.1, circuits=("z",), source="a test"),
-        Bus(name="far", fed_by="main", resistance_ohm=0.5, circuits=("x", "y"), source="a test"),
+        Bus(name="main", open_circuit_v=28.0, resistance_ohm=0.1, feeders=("z",), source="a test"),
+        Bus(name="far", fed_by="main", resistance_ohm=0.5, feeders=("x", "y"), source="a test"),
     )
     bus = voltages(buses, drawn)
     np.testing.assert_allclose(bus["main"], 28.0 - 0.85)
     np.testing.assert_allclose(bus["far"], 28.0 - 0.85 - 3.5)
-    np.testing.assert_allclose(currents(circuits, clock(flown()), frozenset({"x"}))["z"], 5.5)
+    np.testing.assert_allclose(currents(feeders, clock(flown()), frozenset({"x"}))["z"], 5.5)
 
 
 def scenario(**electronics) -> Scenario:
@@ -161,13 +161,13 @@ def aircraft() -> Aircraft:
 def test_field_is_the_sum_of_gains_and_currents(aircraft):
     flight = flown()
     truth = compute_field(scenario(scale=-2.0), aircraft, flight)
-    circuits = aircraft.magnetics.circuits
-    assert tuple(truth.currents_a) == tuple(circuit.name for circuit in circuits)
+    feeders = aircraft.magnetics.feeders
+    assert tuple(truth.currents_a) == tuple(feeder.name for feeder in feeders)
     assert tuple(truth.voltages_v) == tuple(bus.name for bus in aircraft.magnetics.buses)
     place = np.array([aircraft.mounts["cabin_center"]])
     total = np.zeros((len(truth.time_s), 3))
     for name, amperes in truth.currents_a.items():
-        wiring = Wiring(tuple(circuit for circuit in Wiring.of(aircraft.magnetics).circuits if circuit.name == name))
+        wiring = Wiring(tuple(feeder for feeder in Wiring.of(aircraft.magnetics).conductors if feeder.name == name))
         total += amperes[:, None] * wiring.at(place)[0, :, 0]
     np.testing.assert_allclose(truth.part("electronics", "cabin_center"), -2.0 * total, atol=1e-9)
     assert np.abs(total).max() > 10.0
@@ -183,16 +183,16 @@ def test_off_means_no_field_no_current_no_voltage(aircraft):
 
 
 def test_an_aircraft_without_wiring_has_no_such_part(aircraft):
-    bare = aircraft.magnetics.model_copy(update={"circuits": (), "buses": ()})
+    bare = aircraft.magnetics.model_copy(update={"feeders": (), "buses": ()})
     truth = compute_field(scenario(), dataclasses.replace(aircraft, magnetics=bare), flown())
     assert "electronics" not in truth.parts_b
     assert "permanent" in truth.parts_b
 
 
-def test_a_scenario_changes_single_circuits(aircraft):
+def test_a_scenario_changes_single_feeders(aircraft):
     plain = compute_field(scenario(), aircraft, flown()).currents_a
     changed = compute_field(
-        scenario(circuits={"strobe": {"period_s": 0.5, "current_a": 4.0}, "pitot_heater": {"enabled": False}}),
+        scenario(feeders={"strobe": {"period_s": 0.5, "current_a": 4.0}, "pitot_heater": {"enabled": False}}),
         aircraft,
         flown(),
     ).currents_a
@@ -206,22 +206,22 @@ def test_a_scenario_changes_single_circuits(aircraft):
 @pytest.mark.parametrize(
     ("override", "text"),
     [
-        ("circuits.strob.period_s=1.0", "circuits.strob: c208b has no such circuit; allowed: avionics, com_1, strobe"),
+        ("feeders.strob.period_s=1.0", "feeders.strob: c208b has no such feeder; allowed: avionics, com_1, strobe"),
         (
-            "circuits.strobe.on_s=1.0",
+            "feeders.strobe.on_s=1.0",
             "its load is of kind 'pulse' and has no such key; allowed: enabled, current_a, period",
         ),
-        ("circuits.strobe.period=1.0", "unknown key (did you mean 'period_s'?)"),
-        ("circuits.strobe.width_s=-1.0", "-1 is not allowed; allowed: a number above 0"),
-        ("circuits.strobe.width_s=3.0", "width_s = 3 is not below period_s = 1.15"),
-        ("circuits.strobe.current_a='much'", "'much' is text; allowed: a number"),
+        ("feeders.strobe.period=1.0", "unknown key (did you mean 'period_s'?)"),
+        ("feeders.strobe.width_s=-1.0", "-1 is not allowed; allowed: a number above 0"),
+        ("feeders.strobe.width_s=3.0", "width_s = 3 is not below period_s = 1.15"),
+        ("feeders.strobe.current_a='much'", "'much' is text; allowed: a number"),
     ],
 )
 def test_wrong_settings_are_told(override, text):
     with pytest.raises(RequestError) as caught:
         load_scenario("calibration_c208b", [f"field.electronics.{override}"])
     assert text in str(caught.value)
-    assert str(caught.value).startswith("--set field.electronics.circuits.")
+    assert str(caught.value).startswith("--set field.electronics.feeders.")
 
 
 def test_response_has_the_gains_of_every_mount(aircraft):
@@ -235,7 +235,7 @@ def test_paths_become_polygons():
         {
             "datum": "somewhere",
             "mounts": {"here": {"position_m": [3.0, 1.0, 0.5], "source": "a test"}},
-            "circuits": [
+            "feeders": [
                 {
                     "name": "lamp",
                     "wire_radius_m": 0.001,
@@ -252,5 +252,5 @@ def test_paths_become_polygons():
     points = np.array([[3.0, 1.0, 0.5], [0.0, -2.0, 1.0]])
     strip = Loop(np.array([[0, 0.5, 0], [2, 0.5, 0], [2, 0.5, 0.1], [0, 0.5, 0.1]]), 0.001)
     right, left = (Loop(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, y, 0.0]]), 0.001) for y in (1.0, -1.0))
-    expected = wires.field([wires.Circuit("all", (strip, right, left), (1.0, 0.5, 0.5))], points)
+    expected = wires.field([wires.Conductor("all", (strip, right, left), (1.0, 0.5, 0.5))], points)
     np.testing.assert_allclose(Wiring.of(magnetics).at(points), expected, rtol=1e-12)

@@ -11,7 +11,8 @@ from magsim.field.situation import Situation
 from magsim.field.sources.flex import Bending
 from magsim.frames import rotate_about, turned_back
 from magsim.scenario import Scenario
-from magsim.sensors import Acquisition, fluxgate_columns
+from magsim.sensors import Acquisition
+from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.trajectory import Flight, Trajectory
 from magsim.truth import FieldTruth
 

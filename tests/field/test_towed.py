@@ -80,7 +80,7 @@ TOY = {
     },
     "steel": [STEEL],
     "coils": [{"name": "ring", "vertices_m": RING, "wire_radius_m": 0.02, "time_constant_s": 0.02, "source": "a test"}],
-    "circuits": [
+    "feeders": [
         {
             "name": "lamp",
             "wire_radius_m": 0.005,

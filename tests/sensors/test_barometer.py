@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.scenario import Barometer
-from magsim.sensors import baro_columns, true_baro_columns
+from magsim.sensors.barometer import baro_columns, true_baro_columns
 from magsim.terrain import Flat, Ground
 from magsim.trajectory import Trajectory
 from tests.support.allan import allan, gauss_markov_allan

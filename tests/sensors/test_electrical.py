@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.scenario import Electrical
-from magsim.sensors import electrical_columns
-from magsim.sensors.electrical import measure
+from magsim.sensors.electrical import electrical_columns, measure
 from magsim.truth import FieldTruth
 
 IDEAL = Electrical(

@@ -3,8 +3,7 @@ import pytest
 
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import FluxgateSensor
-from magsim.sensors import fluxgate_columns
-from magsim.sensors.fluxgate import correct, measure, response, sensing_axes
+from magsim.sensors.fluxgate import correct, fluxgate_columns, measure, response, sensing_axes
 from magsim.streams import stream
 
 

@@ -6,10 +6,12 @@ import pytest
 from magsim.errors import RequestError
 from magsim.scenario import Cabin, FluxgateSensor, Ins, ScalarSensor
 from magsim.sensors import fluxgate as flux
-from magsim.sensors import fluxgate_columns, scalar_columns, temperature_c
 from magsim.sensors import scalar as vapor
 from magsim.sensors.acquisition import Counter
+from magsim.sensors.cabin import temperature_c
+from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.sensors.noise import white_noise
+from magsim.sensors.scalar import scalar_columns
 from magsim.signals import between, first_order_lag, gauss_markov, window_mean
 from magsim.streams import stream
 from tests.support.allan import allan, gauss_markov_allan

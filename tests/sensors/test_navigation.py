@@ -4,8 +4,8 @@ import pytest
 from magsim import columns
 from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.scenario import Ins
-from magsim.sensors import ins_columns, true_columns
-from magsim.sensors.navigation import compass
+from magsim.sensors.navigation import ins_columns
+from magsim.sensors.true_motion import compass, true_columns
 from magsim.trajectory import Trajectory
 from tests.support.allan import allan, gauss_markov_allan
 

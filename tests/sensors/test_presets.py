@@ -6,8 +6,11 @@ from scipy import signal
 
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import FluxgateSensor, Ins, ScalarSensor
-from magsim.sensors import Acquisition, fluxgate_columns, ins_columns, scalar_columns, true_columns
-from magsim.sensors.fluxgate import sensing_axes
+from magsim.sensors import Acquisition
+from magsim.sensors.fluxgate import fluxgate_columns, sensing_axes
+from magsim.sensors.navigation import ins_columns
+from magsim.sensors.scalar import scalar_columns
+from magsim.sensors.true_motion import true_columns
 from magsim.trajectory import Trajectory
 from magsim.truth import FieldTruth
 from tests.support.allan import allan, gauss_markov_allan

@@ -3,7 +3,7 @@ import pytest
 
 from magsim import columns
 from magsim.scenario import ScalarSensor
-from magsim.sensors import scalar_columns
+from magsim.sensors.scalar import scalar_columns
 
 
 def still(*vector):

@@ -153,7 +153,7 @@ NO_ERRORS = {"name", "mount", "body", "preset", "lat_deg", "lon_deg", "north_m",
 
 @cache
 def world():
-    """Flight, field with a circuit and a bus, and ground."""
+    """Flight, field with a feeder and a bus, and ground."""
     field = truth()
     t = field.time_s
     electric = {"currents_a": {"pump": 3.0 + np.sin(t)}, "voltages_v": {"main": 28.0 + 0.3 * np.sin(t)}}

@@ -48,11 +48,11 @@ def expected_columns() -> dict[str, str]:
     motion = [*(f"{angle}_deg" for angle in columns.INS_ANGLES), "vn_mps", "ve_mps", "vd_mps", "alt_m"]
     rates = [f"rate_{axis}_dps" for axis in "xyz"]
     carrier, bird = load_aircraft("helicopter").magnetics, load_bird("bird").magnetics
-    circuits = [circuit.name for circuit in (*carrier.circuits, *bird.circuits)]
+    feeders = [feeder.name for feeder in (*carrier.feeders, *bird.feeders)]
     out = dict.fromkeys([f"mag_{name}_nt" for name in SCALARS], "input")
     out |= dict.fromkeys([f"flux_{name}_{axis}_nt" for name in ("flux", "cabin") for axis in "xyz"], "input")
     out |= dict.fromkeys([f"{unit}_{name}" for unit in ("ins", "carrier") for name in motion], "input")
-    out |= dict.fromkeys([f"cur_{name}_a" for name in circuits], "input")
+    out |= dict.fromkeys([f"cur_{name}_a" for name in feeders], "input")
     out |= dict.fromkeys([f"vol_{bus.name}_v" for bus in (*carrier.buses, *bird.buses)], "input")
     out |= {"radar_alt_m": "input"}
     for axis in "xyz":
@@ -293,13 +293,13 @@ def test_a_bird_of_ones_own_lies_where_the_scenario_does(
         load_scenario("s.toml")
 
 
-def test_circuits_of_carrier_and_bird_are_told_apart(here: Path) -> None:
+def test_feeders_of_carrier_and_bird_are_told_apart(here: Path) -> None:
     shutil.copytree(assets.bird_dir("bird"), here / "mine")
     magnetics = here / "mine" / "magnetics.toml"
     magnetics.write_text(magnetics.read_text().replace('"acquisition"', '"survey_rack"'))
     with pytest.raises(
         RequestError,
-        match=r"^--set tow\.bird: helicopter has circuits of the same name: survey_rack; allowed: names of its own$",
+        match=r"^--set tow\.bird: helicopter has feeders of the same name: survey_rack; allowed: names of its own$",
     ):
         load_scenario("s.toml", ["tow.bird=./mine"])
     magnetics.write_text(magnetics.read_text().replace('name = "sensor_supply"', 'name = "survey_bus"'))
@@ -307,19 +307,19 @@ def test_circuits_of_carrier_and_bird_are_told_apart(here: Path) -> None:
         load_scenario("s.toml", ["tow.bird=./mine"])
 
 
-def test_circuits_of_either_can_be_set(here: Path, tow: Recording) -> None:
+def test_feeders_of_either_can_be_set(here: Path, tow: Recording) -> None:
     quiet = [
-        "field.electronics.circuits.sensor_heater.enabled=false",
-        "field.electronics.circuits.charging.enabled=false",
+        "field.electronics.feeders.sensor_heater.enabled=false",
+        "field.electronics.feeders.charging.enabled=false",
     ]
     recording = simulate(load_scenario("s.toml", quiet))
     for name in ("sensor_heater", "charging"):
         assert np.abs(recording[f"cur_{name}_a"]).max() < 0.2 < np.abs(tow[f"cur_{name}_a"]).max()
     assert np.abs(recording["electronics_below_x_nt"] - tow["electronics_below_x_nt"]).max() > 0.01
     with pytest.raises(
-        RequestError, match=r"circuits\.heater: neither helicopter nor bird has such a circuit; allowed: instruments, "
+        RequestError, match=r"feeders\.heater: neither helicopter nor bird has such a feeder; allowed: instruments, "
     ):
-        load_scenario("s.toml", ["field.electronics.circuits.heater.enabled=false"])
+        load_scenario("s.toml", ["field.electronics.feeders.heater.enabled=false"])
 
 
 # ---- pictures and scores ---------------------------------------------------------------------------------------

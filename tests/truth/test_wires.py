@@ -18,15 +18,15 @@ def circle(radius: float, sides: int) -> Loop:
     return Loop(np.column_stack([corner * np.cos(angle), corner * np.sin(angle), np.zeros(sides)]), 0.001)
 
 
-def circuit(vertices: np.ndarray, share: float = 1.0) -> wires.Circuit:
-    return wires.Circuit("one", (Loop(vertices, 0.001),), (share,))
+def conductor(vertices: np.ndarray, share: float = 1.0) -> wires.Conductor:
+    return wires.Conductor("one", (Loop(vertices, 0.001),), (share,))
 
 
 def test_circle_on_its_axis():
     height = np.array([0.0, 0.5, 1.0, 2.0, 10.0])
     points = np.column_stack([np.zeros(5), np.zeros(5), height])
     exact = NT_PER_T * MU0 / (2.0 * (1.0 + height**2) ** 1.5)
-    gains = wires.field([wires.Circuit("ring", (circle(1.0, 64),), (1.0,))], points)[:, :, 0]
+    gains = wires.field([wires.Conductor("ring", (circle(1.0, 64),), (1.0,))], points)[:, :, 0]
     np.testing.assert_allclose(gains[:, 2], exact, rtol=1e-6)
     assert np.abs(gains[:, :2]).max() < 1e-9
 
@@ -39,7 +39,7 @@ def test_regular_polygon_on_its_axis(sides):
     vertices = 1.3 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(sides)])
     inner, area = 1.3 * np.cos(np.pi / sides), 0.5 * sides * 1.3**2 * np.sin(2.0 * np.pi / sides)
     exact = NT_PER_T * MU0 * area / (2.0 * np.pi * (height**2 + inner**2) * np.hypot(height, 1.3))
-    gains = wires.field([circuit(vertices)], np.column_stack([np.zeros(4), np.zeros(4), height]))[..., 0]
+    gains = wires.field([conductor(vertices)], np.column_stack([np.zeros(4), np.zeros(4), height]))[..., 0]
     np.testing.assert_allclose(gains[:, 2], exact, rtol=1e-12)
 
 
@@ -49,7 +49,7 @@ def test_magpylib():
     for vertices in loops:
         closed = np.vstack([vertices, vertices[:1]])
         theirs = NT_PER_T * magpy.current.Polyline(current=1.0, vertices=closed).getB(points)
-        ours = wires.field([circuit(vertices)], points)[..., 0]
+        ours = wires.field([conductor(vertices)], points)[..., 0]
         # magpylib has mu0 = 4 pi 1e-7 to 1e-10; its sums are of the size of a single wire's field.
         single = NT_PER_T * magpy.current.Polyline(current=1.0, vertices=BENT).getB(points)
         np.testing.assert_allclose(ours, theirs, atol=1e-9 * np.abs(single).max())
@@ -60,14 +60,14 @@ def test_long_wire():
     far = 1e4
     vertices = np.array([[-far, 0.0, 0.0], [far, 0.0, 0.0], [far, far, 0.0], [-far, far, 0.0]])
     points = np.array([[0.0, 0.0, 0.5], [3.0, -2.0, 0.0]])
-    gains = wires.field([circuit(vertices)], points)[..., 0]
+    gains = wires.field([conductor(vertices)], points)[..., 0]
     exact = NT_PER_T * MU0 / (2.0 * np.pi) * np.array([[0.0, -1.0 / 0.5, 0.0], [0.0, 0.0, -1.0 / 2.0]])
     np.testing.assert_allclose(gains, exact, atol=2e-4 * np.abs(exact).max())
 
 
 def test_pair_is_the_dipole_of_its_strip():
     strip = wires.pair(np.array([[-1e3, 0.0, 0.0], [1e3, 0.0, 0.0]]), np.array([0.0, 0.0, 1e-3]))
-    got = wires.field([circuit(strip)], np.array([[0.0, 0.0, -2.0]]))[0, :, 0]
+    got = wires.field([conductor(strip)], np.array([[0.0, 0.0, -2.0]]))[0, :, 0]
     exact = NT_PER_T * MU0 / (2.0 * np.pi) * (1.0 / 2.0 - 1.0 / 2.001)
     np.testing.assert_allclose(got, [0.0, exact, 0.0], atol=1e-4 * exact)
 
@@ -77,7 +77,7 @@ def test_reciprocity():
     wire = Loop(wires.pair(BENT, np.array([0.0, 0.0, 0.03])), 0.001)
     center = np.array([-0.3, -0.2, 0.1])
     small = Loop(circle(0.002, 24).vertices[:, [2, 0, 1]] + center, 1e-5)
-    flux = wires.field([wires.Circuit("w", (wire,), (1.0,))], center[None])[0, :, 0] @ small.area_vector / NT_PER_T
+    flux = wires.field([wires.Conductor("w", (wire,), (1.0,))], center[None])[0, :, 0] @ small.area_vector / NT_PER_T
     assert inductance(wire, small) == pytest.approx(flux, rel=1e-4)
     assert inductance(small, wire) == pytest.approx(flux, rel=1e-4)
 
@@ -85,8 +85,8 @@ def test_reciprocity():
 def test_twisting_takes_the_field_away():
     line = np.array([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     point = np.array([[0.1, 0.0, -1.0]])
-    straight = np.linalg.norm(wires.field([circuit(wires.pair(line, np.array([0.0, 0.0, 0.01])))], point))
-    wound = np.linalg.norm(wires.field([circuit(wires.twisted(line, 0.01, 0.1))], point))
+    straight = np.linalg.norm(wires.field([conductor(wires.pair(line, np.array([0.0, 0.0, 0.01])))], point))
+    wound = np.linalg.norm(wires.field([conductor(wires.twisted(line, 0.01, 0.1))], point))
     assert wound < 0.01 * straight
 
 
@@ -103,13 +103,13 @@ def test_twisted_wires_keep_their_distance_and_close():
 
 
 def test_gradient_is_that_of_the_field():
-    circuits = [circuit(BENT), circuit(wires.twisted(BENT, 0.02, 0.5), share=-0.3)]
+    conductors = [conductor(BENT), conductor(wires.twisted(BENT, 0.02, 0.5), share=-0.3)]
     points = np.random.default_rng(4).normal(size=(8, 3)) * 2.0
-    got = wires.gradient(circuits, points)
+    got = wires.gradient(conductors, points)
     step = 1e-4
     for j in range(3):
         shift = step * np.eye(3)[j]
-        slope = (wires.field(circuits, points + shift) - wires.field(circuits, points - shift)) / (2.0 * step)
+        slope = (wires.field(conductors, points + shift) - wires.field(conductors, points - shift)) / (2.0 * step)
         np.testing.assert_allclose(got[:, :, j], slope, atol=1e-5 * np.abs(slope).max())
     np.testing.assert_allclose(got, got.swapaxes(1, 2), atol=1e-9 * np.abs(got).max())
     np.testing.assert_allclose(np.einsum("piic->pc", got), 0.0, atol=1e-9 * np.abs(got).max())
@@ -117,8 +117,8 @@ def test_gradient_is_that_of_the_field():
 
 def test_shares_and_chunks(monkeypatch):
     points = np.random.default_rng(5).normal(size=(23, 3)) * 3.0
-    both = wires.Circuit("both", (circle(1.0, 8), circle(2.0, 8)), (0.25, -2.0))
-    one, other = (wires.Circuit("x", (loop,), (1.0,)) for loop in both.loops)
+    both = wires.Conductor("both", (circle(1.0, 8), circle(2.0, 8)), (0.25, -2.0))
+    one, other = (wires.Conductor("x", (loop,), (1.0,)) for loop in both.loops)
     parts = wires.field([one, other], points)
     whole = wires.field([both], points)[..., 0]
     np.testing.assert_allclose(whole, 0.25 * parts[..., 0] - 2.0 * parts[..., 1], rtol=1e-12)

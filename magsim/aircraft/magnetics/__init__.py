@@ -10,8 +10,8 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from magsim.aircraft.magnetics.circuits import LOADS, Bus, Circuit, check_circuits, wire_at
 from magsim.aircraft.magnetics.coils import Coil
+from magsim.aircraft.magnetics.feeders import LOADS, Bus, Feeder, check_feeders, wire_at
 from magsim.aircraft.magnetics.memory import Memory
 from magsim.aircraft.magnetics.mounts import FlexMode, Mount
 from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, FixedDipole, HingedDipole, Surface
@@ -39,11 +39,11 @@ __all__ = [
     "BodyShell",
     "BoxSheet",
     "Bus",
-    "Circuit",
     "Coil",
     "Cylinder",
     "Dipole",
     "DrawnOutline",
+    "Feeder",
     "FixedDipole",
     "FlexMode",
     "HingedDipole",
@@ -86,7 +86,7 @@ class Magnetics(Strict):
     coils: Annotated[tuple[Coil, ...], Field(strict=False)] = ()
     skin: Skin | None = None
     outline: DrawnOutline | None = Field(default=None, description="what is drawn of an aircraft without a skin")
-    circuits: Annotated[tuple[Circuit, ...], Field(strict=False)] = ()
+    feeders: Annotated[tuple[Feeder, ...], Field(strict=False)] = ()
     buses: Annotated[tuple[Bus, ...], Field(strict=False)] = ()
 
     @property
@@ -104,9 +104,9 @@ class Magnetics(Strict):
         check_rotors(self.rotors, self.rotating)
         _unique("steel parts", (name for part in self.steel for name in part.names))
         _unique("coils", (coil.name for coil in self.coils))
-        _unique("circuits", (circuit.name for circuit in self.circuits))
+        _unique("feeders", (feeder.name for feeder in self.feeders))
         _unique("buses", (bus.name for bus in self.buses))
-        check_circuits(self.circuits, self.buses)
+        check_feeders(self.feeders, self.buses)
         if self.skin is not None and self.outline is not None:
             msg = "an aircraft with [skin] is drawn by it; allowed: [skin] or [outline]"
             raise ValueError(msg)
@@ -143,4 +143,4 @@ class Magnetics(Strict):
             distance = math.dist(place, dipole.position_m)
             if distance < DIPOLE_CLEARANCE_M:
                 return f"{distance:.3g} m from dipole {dipole.name!r}; allowed: at least {DIPOLE_CLEARANCE_M:g} m"
-        return wire_at(place, self.circuits)
+        return wire_at(place, self.feeders)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from magsim.aircraft.magnetics import Bus, Circuit
-from magsim.aircraft.magnetics import circuits as model
+from magsim.aircraft.magnetics import Bus, Feeder
+from magsim.aircraft.magnetics import feeders as model
 from magsim.field.stepping import derivative
 from magsim.field.wiring.loads import Steps, cycles, lagged, pulses, switched
 from magsim.streams import stream
@@ -59,7 +59,7 @@ class Clock:
         return Steps(times_s, levels_a, **lag).mean(self.time_s, self.step_s)
 
 
-def _constant(load: model.ConstantLoad, circuit: str, clock: Clock) -> np.ndarray:
+def _constant(load: model.ConstantLoad, feeder: str, clock: Clock) -> np.ndarray:
     return np.full(len(clock.time_s), load.current_a)
 
 
@@ -70,7 +70,7 @@ def _turns(load: object, times: np.ndarray, clock: Clock, **lag: float) -> np.nd
     return clock.steps(np.append(clock.start_s - SETTLED_S, times), levels, **lag)
 
 
-def _pulse(load: model.PulseLoad, circuit: str, clock: Clock) -> np.ndarray:
+def _pulse(load: model.PulseLoad, feeder: str, clock: Clock) -> np.ndarray:
     times = pulses(clock.start_s, clock.stop_s, load.period_s, load.width_s, load.phase_s)
     return load.idle_a + _turns(load, times, clock, rise_s=load.rise_s)
 
@@ -79,13 +79,13 @@ def _lag_of(load: model.Inrush) -> dict[str, float]:
     return {"rise_s": load.rise_s, "inrush": load.inrush, "inrush_s": load.inrush_s}
 
 
-def _duty(load: model.DutyLoad, circuit: str, clock: Clock) -> np.ndarray:
-    rng = stream(clock.seed, f"electronics/{circuit}/duty")
+def _duty(load: model.DutyLoad, feeder: str, clock: Clock) -> np.ndarray:
+    rng = stream(clock.seed, f"electronics/{feeder}/duty")
     times = cycles(rng, clock.start_s, clock.stop_s, on_s=load.on_s, off_s=load.off_s, jitter=load.jitter)
     return _turns(load, times, clock, **_lag_of(load))
 
 
-def _switch(load: model.SwitchLoad, circuit: str, clock: Clock) -> np.ndarray:
+def _switch(load: model.SwitchLoad, feeder: str, clock: Clock) -> np.ndarray:
     logged = clock.flight.switches.get(load.switch)
     if logged is None:
         return np.full(len(clock.time_s), load.current_a if load.unlogged else 0.0)
@@ -94,7 +94,7 @@ def _switch(load: model.SwitchLoad, circuit: str, clock: Clock) -> np.ndarray:
     return clock.steps(times, load.current_a * states, **_lag_of(load))
 
 
-def _servo(load: model.ServoLoad, circuit: str, clock: Clock) -> np.ndarray:
+def _servo(load: model.ServoLoad, feeder: str, clock: Clock) -> np.ndarray:
     angle = clock.controls.get(load.surface)
     if angle is None:  # a surface that the flight does not move rests
         return np.full(len(clock.time_s), load.idle_a)
@@ -103,7 +103,7 @@ def _servo(load: model.ServoLoad, circuit: str, clock: Clock) -> np.ndarray:
     return lagged(drawn, load.rise_s, clock.step_s)
 
 
-def _motor(load: model.MotorLoad, circuit: str, clock: Clock) -> np.ndarray:
+def _motor(load: model.MotorLoad, feeder: str, clock: Clock) -> np.ndarray:
     logged = clock.flight.switches.get("throttle")
     throttle = np.full(len(clock.time_s), load.unlogged)
     if logged is not None:
@@ -112,7 +112,7 @@ def _motor(load: model.MotorLoad, circuit: str, clock: Clock) -> np.ndarray:
     return lagged(drawn, load.rise_s, clock.step_s)
 
 
-def _charge(load: model.ChargeLoad, circuit: str, clock: Clock) -> np.ndarray:
+def _charge(load: model.ChargeLoad, feeder: str, clock: Clock) -> np.ndarray:
     since = clock.time_s + load.before_s
     return load.float_a + (load.current_a - load.float_a) * np.exp(-np.maximum(0.0, since) / load.decay_s)
 
@@ -129,29 +129,29 @@ MAKERS: Mapping[str, Callable[[object, str, Clock], np.ndarray]] = {
 """What makes the current of each kind of load; ``sum`` is made from the others."""
 
 
-def currents(circuits: tuple[Circuit, ...], clock: Clock, off: frozenset[str] = frozenset()) -> dict[str, np.ndarray]:
-    """Current of each circuit: its mean over the step around each time, (n,) [A].
+def currents(feeders: tuple[Feeder, ...], clock: Clock, off: frozenset[str] = frozenset()) -> dict[str, np.ndarray]:
+    """Current of each feeder: its mean over the step around each time, (n,) [A].
 
     Parameters
     ----------
-    circuits : tuple of Circuit
+    feeders : tuple of Feeder
         A sum stands after what it sums.
     clock : Clock
     off : frozenset of str
-        Circuits that carry nothing.
+        Feeders that carry nothing.
     """
     out: dict[str, np.ndarray] = {}
-    for circuit in circuits:
-        load = circuit.load
-        if circuit.name in off:
-            out[circuit.name] = np.zeros(len(clock.time_s))
+    for feeder in feeders:
+        load = feeder.load
+        if feeder.name in off:
+            out[feeder.name] = np.zeros(len(clock.time_s))
         elif isinstance(load, model.SumLoad):
             drawn = np.full(len(clock.time_s), load.current_a)
             for name in load.of:
                 drawn += out[name]
-            out[circuit.name] = lagged(drawn, load.rise_s, clock.step_s)
+            out[feeder.name] = lagged(drawn, load.rise_s, clock.step_s)
         else:
-            out[circuit.name] = MAKERS[load.kind](load, circuit.name, clock)
+            out[feeder.name] = MAKERS[load.kind](load, feeder.name, clock)
     return out
 
 
@@ -167,13 +167,13 @@ def voltages(buses: tuple[Bus, ...], currents_a: Mapping[str, np.ndarray]) -> di
     out: dict[str, np.ndarray] = {}
     for bus in buses:
         source = bus.open_circuit_v if bus.fed_by is None else out[bus.fed_by]
-        out[bus.name] = source - bus.resistance_ohm * sum(currents_a[name] for name in bus.circuits)
+        out[bus.name] = source - bus.resistance_ohm * sum(currents_a[name] for name in bus.feeders)
     return out
 
 
 @dataclass(frozen=True)
 class Onboard:
-    """Currents and voltages of a flight, (n,) each, by the names of circuits and buses."""
+    """Currents and voltages of a flight, (n,) each, by the names of feeders and buses."""
 
     currents_a: Mapping[str, np.ndarray] = field(default_factory=dict)
     voltages_v: Mapping[str, np.ndarray] = field(default_factory=dict)
@@ -183,12 +183,12 @@ def onboard(situation: "Situation") -> Onboard:
     """Currents and voltages of a flight with the settings of its scenario."""
     magnetics, part = situation.magnetics, situation.scenario.field.electronics
     clock = Clock(situation.time_s, situation.step_s, situation.flight, situation.scenario.seed)
-    drawn = currents(part.apply(magnetics.circuits), clock, part.off)
+    drawn = currents(part.apply(magnetics.feeders), clock, part.off)
     return Onboard(drawn, voltages(magnetics.buses, drawn))
 
 
 def electronics(situation: "Situation") -> np.ndarray | None:
-    """Field of the wiring, ``sum_c W_c I_c``, (n, s, 3) [nT]; None for an aircraft without circuits."""
+    """Field of the wiring, ``sum_c W_c I_c``, (n, s, 3) [nT]; None for an aircraft without feeders."""
     drawn = situation.onboard.currents_a
     if not drawn:
         return None

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.aircraft.magnetics import Circuit, Magnetics
-from magsim.aircraft.magnetics import circuits as model
+from magsim.aircraft.magnetics import Feeder, Magnetics
+from magsim.aircraft.magnetics import feeders as model
 from magsim.field.metal.coils import Loop
 from magsim.field.wiring import wires
 
@@ -16,29 +16,29 @@ class Wiring:
 
     Attributes
     ----------
-    circuits : tuple of magsim.field.wiring.wires.Circuit
+    feeders : tuple of magsim.field.wiring.wires.Conductor
         In the order of the aircraft's file.
     """
 
-    circuits: tuple[wires.Circuit, ...]
+    conductors: tuple[wires.Conductor, ...]
 
     @classmethod
     def of(cls, magnetics: Magnetics) -> "Wiring":
-        """Polygons of all circuits of a magnetic file."""
-        return cls(tuple(_polygons(circuit) for circuit in magnetics.circuits))
+        """Polygons of all feeders of a magnetic file."""
+        return cls(tuple(_polygons(feeder) for feeder in magnetics.feeders))
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Field of each circuit for 1 A at any points (p, 3) [m], (p, 3, c) [nT/A]."""
-        return wires.field(self.circuits, points)
+        """Field of each feeder for 1 A at any points (p, 3) [m], (p, 3, c) [nT/A]."""
+        return wires.field(self.conductors, points)
 
     def gradient_at(self, points: np.ndarray) -> np.ndarray:
         """Derivatives of ``at`` by place, indexed (p, i, j, c) [nT/(A m)]."""
-        return wires.gradient(self.circuits, points)
+        return wires.gradient(self.conductors, points)
 
 
-def _polygons(circuit: Circuit) -> wires.Circuit:
+def _polygons(feeder: Feeder) -> wires.Conductor:
     loops, shares = [], []
-    for path in circuit.paths:
+    for path in feeder.paths:
         vertices = np.array(path.vertices_m)
         if isinstance(path, model.PairPath):
             vertices = wires.pair(vertices, np.array(path.offset_m))
@@ -46,6 +46,6 @@ def _polygons(circuit: Circuit) -> wires.Circuit:
             vertices = wires.twisted(vertices, path.spacing_m, path.pitch_m)
         sides = (1.0, -1.0) if path.mirror else (1.0,)
         for side in sides:
-            loops.append(Loop(vertices * (1.0, side, 1.0), circuit.wire_radius_m))
+            loops.append(Loop(vertices * (1.0, side, 1.0), feeder.wire_radius_m))
             shares.append(path.share)
-    return wires.Circuit(circuit.name, tuple(loops), tuple(shares))
+    return wires.Conductor(feeder.name, tuple(loops), tuple(shares))

@@ -1,6 +1,6 @@
-"""Wiring: the field of a circuit for each ampere at any place, by Biot and Savart's law on straight pieces.
+"""Wiring: the field of a conductor for each ampere at any place, by Biot and Savart's law on straight pieces.
 
-A circuit is one or more closed loops: current has a way there and a way back, and a wire without its way back has no
+A conductor is one or more closed loops: current has a way there and a way back, and a wire without its way back has no
 field of its own. The integral over each straight piece is exact, so the field is that of the polygons themselves.
 """
 
@@ -21,7 +21,7 @@ CHUNK = 200_000
 
 
 @dataclass(frozen=True)
-class Circuit:
+class Conductor:
     """Loops that carry one and the same current.
 
     Attributes
@@ -30,7 +30,7 @@ class Circuit:
     loops : tuple of Loop
         Vertices in the sense of positive current.
     shares : tuple of float
-        Part of the circuit's current in each loop.
+        Part of the conductor's current in each loop.
     """
 
     name: str
@@ -112,12 +112,12 @@ def _chunks(points: np.ndarray, pieces: int) -> list[slice]:
     return [slice(start, start + size) for start in range(0, len(points), size)]
 
 
-def field(circuits: Sequence[Circuit], points: np.ndarray) -> np.ndarray:
-    """Gains of circuits: ``B = W I``.
+def field(conductors: Sequence[Conductor], points: np.ndarray) -> np.ndarray:
+    """Gains of conductors: ``B = W I``.
 
     Parameters
     ----------
-    circuits : sequence of Circuit
+    conductors : sequence of Conductor
         ``c`` of them.
     points : (p, 3) [m]
         Outside the wires.
@@ -127,9 +127,9 @@ def field(circuits: Sequence[Circuit], points: np.ndarray) -> np.ndarray:
     (p, 3, c) [nT/A]
     """
     points = np.asarray(points, dtype=float)
-    out = np.zeros((len(points), 3, len(circuits)))
-    for c, circuit in enumerate(circuits):
-        for loop, share in zip(circuit.loops, circuit.shares, strict=True):
+    out = np.zeros((len(points), 3, len(conductors)))
+    for c, conductor in enumerate(conductors):
+        for loop, share in zip(conductor.loops, conductor.shares, strict=True):
             for rows in _chunks(points, len(loop.vertices)):
                 out[rows, :, c] += NT_PER_T * share * loop.field(points[rows])
     return out
@@ -157,12 +157,12 @@ def _loop_gradient(loop: Loop, points: np.ndarray) -> np.ndarray:
     return MU0 / (4.0 * np.pi) * out
 
 
-def gradient(circuits: Sequence[Circuit], points: np.ndarray) -> np.ndarray:
+def gradient(conductors: Sequence[Conductor], points: np.ndarray) -> np.ndarray:
     """Derivatives ``dW_i/dx_j`` of the gains by place, indexed (p, i, j, c) [nT/(A m)]."""
     points = np.asarray(points, dtype=float)
-    out = np.zeros((len(points), 3, 3, len(circuits)))
-    for c, circuit in enumerate(circuits):
-        for loop, share in zip(circuit.loops, circuit.shares, strict=True):
+    out = np.zeros((len(points), 3, 3, len(conductors)))
+    for c, conductor in enumerate(conductors):
+        for loop, share in zip(conductor.loops, conductor.shares, strict=True):
             for rows in _chunks(points, len(loop.vertices)):
                 out[rows, ..., c] += NT_PER_T * share * _loop_gradient(loop, points[rows])
     return out

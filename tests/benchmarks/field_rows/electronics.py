@@ -21,23 +21,23 @@ def circle_error() -> float:
     height = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0])
     points = np.column_stack([np.zeros((len(height), 2)), height])
     exact = NT_PER_T * MU0 / (2.0 * (1.0 + height**2) ** 1.5)
-    gains = wires.field([wires.Circuit("ring", (ring,), (1.0,))], points)[:, 2, 0]
+    gains = wires.field([wires.Conductor("ring", (ring,), (1.0,))], points)[:, 2, 0]
     return float(np.abs(gains / exact - 1.0).max())
 
 
 def oracle_error(aircraft: str) -> float:
-    """Largest difference to magpylib at the mounts over the field of a circuit's wires, worst circuit."""
+    """Largest difference to magpylib at the mounts over the field of a conductor's wires, worst conductor."""
     magnetics = load_aircraft(aircraft).magnetics
     points = np.array([mount.position_m for mount in magnetics.mounts.values()])
     worst = 0.0
-    for circuit in Wiring.of(magnetics).circuits:
+    for conductor in Wiring.of(magnetics).conductors:
         theirs, size = np.zeros((len(points), 3)), 0.0
-        for loop, share in zip(circuit.loops, circuit.shares, strict=True):
+        for loop, share in zip(conductor.loops, conductor.shares, strict=True):
             closed = np.vstack([loop.vertices, loop.vertices[:1]])
             theirs += NT_PER_T * share * magpy.current.Polyline(current=1.0, vertices=closed).getB(points)
             half = closed[: len(closed) // 2 + 1]
             size += np.abs(NT_PER_T * share * magpy.current.Polyline(current=1.0, vertices=half).getB(points)).max()
-        ours = wires.field([circuit], points)[..., 0]
+        ours = wires.field([conductor], points)[..., 0]
         worst = max(worst, float(np.abs(ours - theirs).max()) / size)
     return worst
 
@@ -58,5 +58,5 @@ def rows() -> list[Row]:
         at_most("wire_oracle_c208b_error", oracle_error("c208b"), "1", 1e-9),
         at_most("wire_oracle_uav_error", oracle_error("uav"), "1", 1e-9),
         at_most("pulse_mean_error", pulse_error(), "1", 1e-10),
-        stated("wire_circuits_c208b", len(load_aircraft("c208b").magnetics.circuits), "1"),
+        stated("wire_feeders_c208b", len(load_aircraft("c208b").magnetics.feeders), "1"),
     ]

@@ -20,7 +20,7 @@ from magsim.frames import rot_nb_from_attitude
 from magsim.loading import LoadedScenario
 from magsim.plots.figures import flight as flight_figure
 from magsim.scenario import Scenario
-from magsim.sensors import true_columns
+from magsim.sensors.true_motion import true_columns
 from magsim.simulation import record
 from magsim.trajectory import Flight, Trajectory
 from magsim.truth import FieldTruth

@@ -16,7 +16,7 @@ from magsim.flight.path.elements import PathLabel, PathPoint, Straight
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.scenario import FlightSettings, Scenario
-from magsim.sensors import true_columns
+from magsim.sensors.true_motion import true_columns
 
 ScenarioOf = Callable[..., Scenario]
 STATE = r"at t = -?\d+\.\d s: height \d+ m, airspeed \d+\.\d m/s, roll -?\d+\.\d, pitch -?\d+\.\d, angle of attack"

@@ -1,4 +1,4 @@
-"""Files of others become recordings without truth; what is wrong with a file is told in one line."""
+"""Files of other programs become recordings without truth; an error about a file is one clear line."""
 
 import os
 from pathlib import Path
@@ -143,7 +143,7 @@ def test_a_map_names_and_scales(tmp_path):
     for text, message in [
         ('time = "t"\n[columns]\nmag_a_nt = "B"', r"there is no column 'B', which columns.mag_a_nt of the map names"),
         ('time = "x"', "there is no column 'x', which time of the map names"),
-        ('time = "t"\n[columns]\nclean_a_nt = "B_tail"', "is truth, which no file from outside may bring"),
+        ('time = "t"\n[columns]\nclean_a_nt = "B_tail"', "is truth, which no foreign file may have"),
         ('time = "t"\n[columns]\nmagnet = "B_tail"', "is no column; allowed: inputs and segments"),
         ('time = "t"\n[columns]\nmag_a_nt = 3', r"map.toml:3: columns.mag_a_nt"),
         ('tine = "t"', r"map.toml:1: tine: unknown key \(did you mean 'time'"),
@@ -161,9 +161,9 @@ def test_a_map_names_and_scales(tmp_path):
         ("", r"has no time \(time_s or tt\)"),
     ]:
         column_map.write_text(text + "\n")
-        with pytest.raises((RequestError, DataError), match=message) as told:
+        with pytest.raises((RequestError, DataError), match=message) as error:
             exchange.import_flight(path, column_map=column_map)
-        assert "\n" not in str(told.value)
+        assert "\n" not in str(error.value)
 
 
 def test_missing_values_leave_a_column_out(tmp_path):
@@ -203,10 +203,10 @@ ROWS = np.arange(50)
         ({"Bad Name": np.arange(50.0)}, "is not allowed"),
     ],
 )
-def test_hostile_hdf5(tmp_path, changes, message):
-    with pytest.raises(DataError, match=message) as told:
+def test_bad_hdf5(tmp_path, changes, message):
+    with pytest.raises(DataError, match=message) as error:
         exchange.import_flight(survey(tmp_path / "f.h5", **changes))
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(error.value)
 
 
 def test_magnavs_own_names_are_allowed(tmp_path):
@@ -257,31 +257,31 @@ CSV = "time_s,mag_a_nt\n"
         (CSV + "0,1\n", "has 1 rows"),
         (CSV + "0,1\n1\n", r":3: there are 1 values; expected 2"),
         (CSV + "0,1\n1,2,3\n", r":3: there are 3 values; expected 2"),
-        (CSV + "0,1\n1,x\n", r":3: mag_a_nt is 'x', which is no number"),
-        (CSV + "0,1\n1,inf\n", "'inf', which is no number"),
-        (CSV + "0,1\n1,1_0\n", "'1_0', which is no number"),
-        (CSV + "0,1\n1,0x1F\n", "which is no number"),
-        (CSV + "0,1\n1,\u0661\n", "which is no number"),
+        (CSV + "0,1\n1,x\n", r":3: mag_a_nt is 'x', which is not a number"),
+        (CSV + "0,1\n1,inf\n", "'inf', which is not a number"),
+        (CSV + "0,1\n1,1_0\n", "'1_0', which is not a number"),
+        (CSV + "0,1\n1,0x1F\n", "which is not a number"),
+        (CSV + "0,1\n1,\u0661\n", "which is not a number"),
         (CSV + "0,1\n1,1e400\n", "magnitudes up to"),
-        (CSV + "0,1\n1," + "9" * 90 + "\n", "which is no number"),
+        (CSV + "0,1\n1," + "9" * 90 + "\n", "which is not a number"),
         (CSV + "0,1\n0,2\n", "time_s does not increase strictly: 0 in row 2 follows 0"),
         (CSV + "1,1\n0,2\n", "time_s does not increase strictly: 0 in row 2 follows 1"),
         (CSV + "0,1\n,2\n", "time_s is missing in row 2"),
         (CSV + "0,1\n1,nan\n", "no reading of a scalar magnetometer.*missing in 1 of 2"),
-        ("time_s,mag_a_nt,mag_a_nt\n0,1,1\n", r":1: column 'mag_a_nt' is there twice"),
+        ("time_s,mag_a_nt,mag_a_nt\n0,1,1\n", r":1: column 'mag_a_nt' exists twice"),
         ("time_s," + ",".join(f"c{i}" for i in range(2001)) + "\n", "there are 2002 columns; allowed: up to 2000"),
         (CSV + "0," + " " * 70_000 + "1\n", r":2: the line is longer than 65536 bytes"),
         (CSV + "0,\0\n", r":2: holds a zero byte"),
         ("time_s;mag_a_nt\n0;1\n", "has no time"),
     ],
 )
-def test_hostile_csv(tmp_path, text, message):
+def test_bad_csv(tmp_path, text, message):
     path = tmp_path / "f.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises((DataError, RequestError), match=message) as told:
+    with pytest.raises((DataError, RequestError), match=message) as error:
         exchange.import_flight(path)
-    assert "\n" not in str(told.value)
-    assert len(str(told.value)) < 400
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 400
 
 
 @pytest.mark.parametrize(
@@ -292,12 +292,12 @@ def test_hostile_csv(tmp_path, text, message):
         ("/ TIME UNCOMPMAG1\n1 2 3\n", r":2: no comment before this row names its 3 columns"),
         ("/ TIME UNCOMPMAG1\n1 2\n2\n", r":3: there are 1 values; expected 2"),
         ("/ TIME UNCOMPMAG1\n1 2\n2 *\n", "missing in 1 of 2 rows"),
-        ("/ TIME TIME\n1 2\n", r":1: column 'TIME' is there twice"),
+        ("/ TIME TIME\n1 2\n", r":1: column 'TIME' exists twice"),
         ("/ TIME UNCOMPMAG1\nLINE 1 2\n1 2\n", r":2: 'LINE 1 2' is no line record"),
         ("/ TIME UNCOMPMAG1\nLINE 1\n1 2\n2 3\nLINE x\n3 4\n", None),
     ],
 )
-def test_hostile_xyz(tmp_path, text, message):
+def test_bad_xyz(tmp_path, text, message):
     path = tmp_path / "f.xyz"
     path.write_text(text)
     if message is None:  # nothing asks for a line number that is none

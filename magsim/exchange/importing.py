@@ -1,4 +1,4 @@
-"""Recordings made of files that others wrote: inputs and segments, never truth."""
+"""Import of the files of other programs as recordings: inputs and segments, never truth."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from magsim import columns
 from magsim.config import load
 from magsim.errors import DataError, RequestError
 from magsim.exchange import mit, textfile
-from magsim.exchange.columnmap import ColumnMap, Plan, make_plan
+from magsim.exchange.columnmap import ColumnMap, FieldMatch, match_fields
 from magsim.recording import Recording
 
 SOURCES = ("mit", "sgl-xyz", "xyz", "csv")
@@ -33,28 +33,28 @@ LIMITS = {
     "V": 1e5,
     "1": 1e9,
 }
-"""Largest magnitude of a column by its unit: what lies beyond is in another unit."""
+"""Largest magnitude of a column by its unit: a larger value is in another unit."""
 
 POSITION_LIMITS = {"ins_lat_deg": 90.0}
 
 TIME_DIGITS = 9
-"""Time is kept to the nanosecond, so that steps of 0.1 s are 0.1 s again after a time of day was taken off."""
+"""Times are rounded to the nanosecond, so that steps of 0.1 s remain 0.1 s when a time of day is subtracted."""
 
 
 SHORTEST_S = 1e-6
-"""Shortest step of time; less is taken for a standstill."""
+"""Shortest step of time; a shorter one counts as none."""
 
 CODES = {
     columns.SPLIT: columns.SPLITS,
     columns.MANEUVER: columns.MANEUVERS,
     columns.MAG_VALID: {0: "no reading", 1: "reading"},
 }
-"""Columns that hold a code, and what it may be."""
+"""Columns that hold a code, with the codes that are allowed."""
 
 
 @dataclass(frozen=True)
 class Imported:
-    """A recording, and what a person should know about how it was made.
+    """A recording, and notes on how it was made.
 
     Attributes
     ----------
@@ -75,22 +75,22 @@ def import_flight(
     flight: float | None = None,
     windows: Mapping[str, Sequence[str]] | None = None,
 ) -> Imported:
-    """Make a recording of a file of another program.
+    """Make a recording from a file of another program.
 
     Parameters
     ----------
     path : Path
         The file.
     kind : str, optional
-        One of ``SOURCES``; by default what the ending of the file says.
+        One of ``SOURCES``; by default according to the ending of the file.
     column_map : Path or ColumnMap, optional
-        TOML file that says which field is which column.
+        TOML file that assigns fields to columns.
     flight : float, optional
         The flight of a file that holds several.
     windows : mapping, optional
         For ``train``, ``valid`` and ``test``: lines (``1002.02``), or spans of the file's own time
-        (``46390.9:46964.5``, its last second included). Rows in none of them are left out, and the others know by the
-        column ``split`` what they are for. Without windows all rows are kept, without that column.
+        (``46390.9:46964.5``, both ends included). Rows in none of them are left out, and the column ``split`` states
+        the purpose of the others. Without windows all rows are imported, without that column.
 
     Returns
     -------
@@ -99,39 +99,39 @@ def import_flight(
     Raises
     ------
     RequestError
-        If what was asked for is not there.
+        If the flight, line or window that was asked for does not exist.
     DataError
         If the file is broken, or a value is not possible.
     """
     kind = _kind(path, kind)
     mapping = load(column_map, ColumnMap) if isinstance(column_map, Path) else column_map or ColumnMap()
-    plans: list[Plan] = []
+    matches: list[FieldMatch] = []
 
     def choose(available: Sequence[str]) -> dict[str, str]:
-        plans.append(make_plan(available, mapping, layout=kind, where=str(path)))
-        return plans[0].wanted()
+        matches.append(match_fields(available, mapping, layout=kind, where=str(path)))
+        return matches[0].wanted()
 
     read = {"mit": mit.read, "csv": textfile.read_csv}.get(kind, textfile.read_xyz)
     fields = read(path, choose)
-    plan = plans[0]
+    match = matches[0]
     for name, values in fields.items():
         if np.isinf(values).any():
             _refuse(path, f"{name} is infinite in row {int(np.isinf(values).argmax()) + 1}")
-    rows, number = _rows_of_flight(path, fields, plan, flight)
+    rows, number = _rows_of_flight(path, fields, match, flight)
     fields = {name: values[rows] for name, values in fields.items()}
-    _check_time(path, fields[plan.time], plan.time)
-    keep, split = _windows(path, fields, plan, windows or {})
+    _check_time(path, fields[match.time], match.time)
+    keep, split = _windows(path, fields, match, windows or {})
     fields = {name: values[keep] for name, values in fields.items()}
 
-    time_s = fields[plan.time]
-    data, notes = _columns(path, fields, plan)
-    if plan.line and columns.CIRCUIT.pattern not in data and np.isfinite(fields[plan.line]).all():
-        data[columns.CIRCUIT.pattern] = _ordinal(fields[plan.line])
+    time_s = fields[match.time]
+    data, notes = _columns(path, fields, match)
+    if match.line and columns.CIRCUIT.pattern not in data and np.isfinite(fields[match.line]).all():
+        data[columns.CIRCUIT.pattern] = _ordinal(fields[match.line])
     if split is not None:
         data[columns.SPLIT.pattern] = split
     order = [name for role in columns.ROLES for name in data if columns.role_of(name) == role]
     meta: dict[str, object] = {"imported": kind}
-    start = _start(path, fields, plan, mapping)
+    start = _start(path, fields, match, mapping)
     if start is not None:
         meta["start_utc"] = start.isoformat()
     name = mapping.name or (path.stem if number is None else f"flight_{number:g}")
@@ -145,38 +145,38 @@ def import_flight(
     return Imported(Recording(recording.name, recording.time_s, recording.data, meta), tuple(notes))
 
 
-def _refuse(path: Path, why: str) -> NoReturn:
-    msg = f"{path}: {why}"
+def _refuse(path: Path, reason: str) -> NoReturn:
+    msg = f"{path}: {reason}"
     raise DataError(msg)
 
 
 def _kind(path: Path, kind: str | None) -> str:
     found = kind or ENDINGS.get(path.suffix.lower())
     if found not in SOURCES:
-        msg = f"{path}: its ending does not tell the format; give it with --format, allowed: {', '.join(SOURCES)}"
+        msg = f"{path}: its ending is not that of a format; give it with --format, allowed: {', '.join(SOURCES)}"
         raise RequestError(msg)
     return found
 
 
 def _rows_of_flight(
-    path: Path, fields: Mapping[str, np.ndarray], plan: Plan, flight: float | None
+    path: Path, fields: Mapping[str, np.ndarray], match: FieldMatch, flight: float | None
 ) -> tuple[np.ndarray | slice, float | None]:
-    """Rows of the flight that is asked for, or of the only one, and its number."""
-    if not plan.flight:
+    """Return the rows of the flight that is asked for, or of the only one, and its number."""
+    if not match.flight:
         if flight is not None:
             msg = f"{path}: has no numbers of flights, so --flight cannot pick one"
             raise RequestError(msg)
         return slice(None), None
-    values = fields[plan.flight]
-    there = np.unique(values[np.isfinite(values)])
-    known = ", ".join(f"{value:g}" for value in there[:20]) or "none"
-    if flight is None and len(there) > 1:
+    values = fields[match.flight]
+    numbers = np.unique(values[np.isfinite(values)])
+    known = ", ".join(f"{value:g}" for value in numbers[:20]) or "none"
+    if flight is None and len(numbers) > 1:
         msg = f"{path}: holds the flights {known}; pick one with --flight"
         raise RequestError(msg)
     if flight is None and np.isnan(values).any():
         return slice(None), None
-    number = float(there[0]) if flight is None else flight
-    if number not in there:
+    number = float(numbers[0]) if flight is None else flight
+    if number not in numbers:
         msg = f"{path}: there is no flight {number:g}; allowed: {known}"
         raise RequestError(msg)
     return values == number, number
@@ -197,17 +197,17 @@ def _check_time(path: Path, time_s: np.ndarray, name: str) -> None:
 
 
 def _windows(
-    path: Path, fields: Mapping[str, np.ndarray], plan: Plan, windows: Mapping[str, Sequence[str]]
+    path: Path, fields: Mapping[str, np.ndarray], match: FieldMatch, windows: Mapping[str, Sequence[str]]
 ) -> tuple[np.ndarray | slice, np.ndarray | None]:
-    """Rows that are kept, and the split of each."""
+    """Return the rows that are in a window, and the split of each."""
     codes = {word: code for code, word in columns.SPLITS.items()}
-    time_s = fields[plan.time]
+    time_s = fields[match.time]
     split = np.full(len(time_s), -1.0)
     asked = [(word, text) for word, texts in windows.items() for text in texts]
     if not asked:
         return slice(None), None
     for word, text in asked:
-        mask = _window(path, fields, plan, word, text)
+        mask = _window(path, fields, match, word, text)
         if (split[mask] >= 0.0).any():
             msg = f"--{word} {text}: some of its rows are in another window already"
             raise RequestError(msg)
@@ -216,7 +216,7 @@ def _windows(
     return keep, split[keep]
 
 
-def _window(path: Path, fields: Mapping[str, np.ndarray], plan: Plan, word: str, text: str) -> np.ndarray:
+def _window(path: Path, fields: Mapping[str, np.ndarray], match: FieldMatch, word: str, text: str) -> np.ndarray:
     parts = text.split(":")
     try:
         numbers = [float(part) for part in parts]
@@ -225,30 +225,32 @@ def _window(path: Path, fields: Mapping[str, np.ndarray], plan: Plan, word: str,
     if len(numbers) not in (1, 2) or not np.isfinite(numbers).all():
         msg = f"--{word} {text}: is no window; allowed: the number of a line, or START:END in the file's own time"
         raise RequestError(msg)
-    time_s = fields[plan.time]
+    time_s = fields[match.time]
     if len(numbers) == 2:
         mask = (time_s >= numbers[0] - 1e-6) & (time_s <= numbers[1] + 1e-6)
-        there = f"times from {time_s[0]:.10g} to {time_s[-1]:.10g}"
+        extent = f"times from {time_s[0]:.10g} to {time_s[-1]:.10g}"
     else:
-        if not plan.line:
+        if not match.line:
             msg = f"--{word} {text}: {path} has no line numbers; give START:END in its own time"
             raise RequestError(msg)
-        # 1002.10 and 1002.1 are one number: hundredths tell lines apart
-        keys = np.round(fields[plan.line] * 100.0)
+        # 1002.10 and 1002.1 are one number: lines differ by hundredths
+        keys = np.round(fields[match.line] * 100.0)
         mask = keys == round(numbers[0] * 100.0)
         known = np.unique(keys[np.isfinite(keys)]) / 100.0
-        there = "lines " + ", ".join(f"{value:.2f}" for value in known[:20])
+        extent = "lines " + ", ".join(f"{value:.2f}" for value in known[:20])
     if mask.sum() < 2:
-        msg = f"--{word} {text}: {path} has {mask.sum()} such rows; it has {there}"
+        msg = f"--{word} {text}: {path} has {mask.sum()} such rows; it has {extent}"
         raise RequestError(msg)
     return mask
 
 
-def _columns(path: Path, fields: Mapping[str, np.ndarray], plan: Plan) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Columns without a missing value, and notes about the others."""
+def _columns(
+    path: Path, fields: Mapping[str, np.ndarray], match: FieldMatch
+) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Return the columns without a missing value, and notes about the others."""
     data: dict[str, np.ndarray] = {}
-    notes = [f"left out, being no input or segment of a recording: {', '.join(plan.unused)}"] if plan.unused else []
-    for name, source in plan.sources.items():
+    notes = [f"left out, being no input or segment of a recording: {', '.join(match.unused)}"] if match.unused else []
+    for name, source in match.sources.items():
         values = fields[source.column] * source.scale + source.offset
         if name == columns.RADAR.pattern:
             values = np.where(np.isnan(values), -1.0, values)
@@ -258,9 +260,8 @@ def _columns(path: Path, fields: Mapping[str, np.ndarray], plan: Plan) -> tuple[
             continue
         if name == "ins_heading_deg":
             values = values % 360.0
-        family = columns.find(name)
-        unit = getattr(family, "unit", "1")
-        limit = POSITION_LIMITS.get(name, LIMITS.get(unit, textfile.LARGEST))
+        family = columns.family_of(name)
+        limit = POSITION_LIMITS.get(name, LIMITS.get(family.unit, textfile.LARGEST))
         beyond = np.abs(values) > limit
         if beyond.any():
             row = int(beyond.argmax())
@@ -268,34 +269,34 @@ def _columns(path: Path, fields: Mapping[str, np.ndarray], plan: Plan) -> tuple[
         codes = CODES.get(family)
         if codes is not None and not np.isin(values, list(codes)).all():
             wrong = values[~np.isin(values, list(codes))][0]
-            told = ", ".join(f"{code} {word}" for code, word in codes.items())
-            _refuse(path, f"{source.column} gives {name} = {wrong:g}; allowed: {told}")
+            allowed = ", ".join(f"{code} {word}" for code, word in codes.items())
+            _refuse(path, f"{source.column} gives {name} = {wrong:g}; allowed: {allowed}")
         data[name] = values
     if not columns.sensors_of(data, columns.MAG):
-        told = f" ({'; '.join(notes)})" if notes else ""
-        _refuse(path, f"there is no reading of a scalar magnetometer, mag_..._nt{told}; --map can name it")
+        details = f" ({'; '.join(notes)})" if notes else ""
+        _refuse(path, f"there is no reading of a scalar magnetometer, mag_..._nt{details}; --map can name it")
     return data, notes
 
 
 def _ordinal(values: np.ndarray) -> np.ndarray:
-    """Numbers from 1 in the order in which values first appear."""
+    """Return the rank of each value, from 1, in the order in which values first appear."""
     known, first, inverse = np.unique(values, return_index=True, return_inverse=True)
     rank = np.empty(len(known))
     rank[np.argsort(first)] = np.arange(1, len(known) + 1)
     return rank[inverse]
 
 
-def _start(path: Path, fields: Mapping[str, np.ndarray], plan: Plan, mapping: ColumnMap) -> datetime | None:
-    """Instant of the first row that is kept.
+def _start(path: Path, fields: Mapping[str, np.ndarray], match: FieldMatch, mapping: ColumnMap) -> datetime | None:
+    """Return the instant of the first imported row.
 
     The map's ``start_utc`` is the instant of time 0 of the file; years and days count from midnight.
     """
-    time_s = float(fields[plan.time][0])
+    time_s = float(fields[match.time][0])
     zero = mapping.start_utc
     if zero is not None:
         zero = zero.replace(tzinfo=UTC) if zero.tzinfo is None else zero.astimezone(UTC)
-    elif plan.year and plan.doy:
-        year, doy = float(fields[plan.year][0]), float(fields[plan.doy][0])
+    elif match.year and match.doy:
+        year, doy = float(fields[match.year][0]), float(fields[match.doy][0])
         if not (1900 <= year <= 2100 and 1 <= doy <= 366 and year % 1 == 0.0 and doy % 1 == 0.0):
             _refuse(path, f"year {year:g} and day {doy:g} in its first row are no date")
         zero = datetime(int(year), 1, 1, tzinfo=UTC) + timedelta(days=doy - 1.0)

@@ -5,8 +5,11 @@ import pytest
 
 from magsim.errors import DataError
 from magsim.scenario import BaseStation, Electrical, FluxgateSensor, InstrumentClock, ScalarSensor
-from magsim.sensors import electrical_columns, fluxgate_columns, instants, scalar_columns
-from magsim.sensors.base import measure
+from magsim.sensors.base_station import measure
+from magsim.sensors.clocks import instants
+from magsim.sensors.electrical import electrical_columns
+from magsim.sensors.fluxgate import fluxgate_columns
+from magsim.sensors.scalar import scalar_columns
 from magsim.streams import stream
 from magsim.truth import FieldTruth
 

@@ -7,6 +7,7 @@ import numpy as np
 from magsim import columns
 from magsim.scenario import BaseStation
 from magsim.sensors.acquisition import Acquisition
+from magsim.sensors.instrument import Columns, MeasuredFlight
 from magsim.sensors.noise import white_noise
 from magsim.sensors.scalar import norm
 from magsim.streams import stream
@@ -50,7 +51,7 @@ def measure(
 
 def base_columns(
     station: BaseStation, time_s: np.ndarray, field_n: np.ndarray, acquisition: Acquisition, seed: int
-) -> dict[str, np.ndarray]:
+) -> Columns:
     """Reading and truth of a base station.
 
     Parameters
@@ -76,3 +77,11 @@ def base_columns(
         columns.BASE.name(sensor=station.name): np.interp(acquisition.time_s, tag_s, reading),
         columns.TRUE_BASE.name(sensor=station.name): acquisition(total),
     }
+
+
+def read(flight: MeasuredFlight) -> Columns:
+    """Return the columns of the base station; none without one."""
+    station = flight.sensors.base
+    if station is None or flight.station_n is None:
+        return {}
+    return base_columns(station, flight.samples_s, flight.station_n, flight.acquisition, flight.seed)

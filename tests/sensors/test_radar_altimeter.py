@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from magsim.scenario import Radar
-from magsim.sensors import instants, radar_columns
+from magsim.sensors.clocks import instants
+from magsim.sensors.radar_altimeter import radar_columns
 from magsim.terrain import Flat, Ground
 from magsim.trajectory import Trajectory
 

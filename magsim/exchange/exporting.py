@@ -1,9 +1,11 @@
-"""Writing recordings for other programs: which format, which flights, which files."""
+"""Export of recordings for other programs: formats, flights, files."""
 
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 from magsim import columns, storage
 from magsim.errors import RequestError
@@ -11,53 +13,61 @@ from magsim.exchange import mit, tables
 from magsim.recording import Recording
 from magsim.recording.file import check_finite
 
-Writer = Callable[[Path, Recording, int], None]
+
+class Writer(Protocol):
+    """Writes one flight to a file that may be overwritten."""
+
+    def __call__(self, path: Path, /, recording: Recording, flight: int) -> None:
+        """Write a recording with the number of its flight."""
 
 
 @dataclass(frozen=True)
-class Format:
-    """A format of files.
+class ExportFormat:
+    """A file format.
 
     Attributes
     ----------
     title : str
         For people.
     ending : str
-        What follows the name of a flight in the name of its file.
+        Appended to the name of a flight to make the name of its file.
     write : callable
-        Writes one flight, given a path, a recording and the number of the flight.
-    beside : mapping
-        Writers of further files, by their ending.
+        Writes one flight; called with a path, a recording and the number of the flight.
+    companions : tuple of (str, callable)
+        Endings and writers of further files.
     """
 
     title: str
     ending: str
     write: Writer
-    beside: tuple[tuple[str, Writer], ...] = ()
+    companions: tuple[tuple[str, Writer], ...] = ()
 
 
 def _unnumbered(write: Callable[[Path, Recording], None]) -> Writer:
-    return lambda path, recording, _number: write(path, recording)
+    def numbered(path: Path, /, recording: Recording, flight: int) -> None:
+        write(path, recording)
+
+    return numbered
 
 
-FORMATS: dict[str, Format] = {
-    "mit": Format("HDF5 in the layout that MagNav.jl reads", "_mit.h5", mit.write),
-    "xyz": Format("Geosoft XYZ", ".xyz", tables.write_xyz),
-    "sgl-xyz": Format("XYZ as SGL writes it", "_sgl.xyz", tables.write_sgl),
-    "gdf2": Format(
+FORMATS: dict[str, ExportFormat] = {
+    "mit": ExportFormat("HDF5 in the layout that MagNav.jl reads", "_mit.h5", mit.write),
+    "xyz": ExportFormat("Geosoft XYZ", ".xyz", tables.write_xyz),
+    "sgl-xyz": ExportFormat("XYZ as SGL writes it", "_sgl.xyz", tables.write_sgl),
+    "gdf2": ExportFormat(
         "ASEG-GDF2, .dat and .dfn",
         ".dat",
         _unnumbered(tables.write_dat),
         ((".dfn", _unnumbered(tables.write_dfn)),),
     ),
-    "csv": Format("CSV", ".csv", _unnumbered(tables.write_csv)),
-    "parquet": Format("Parquet", ".parquet", _unnumbered(tables.write_parquet)),
+    "csv": ExportFormat("CSV", ".csv", _unnumbered(tables.write_csv)),
+    "parquet": ExportFormat("Parquet", ".parquet", _unnumbered(tables.write_parquet)),
 }
-"""Formats by the name that users give."""
+"""Formats by the names that users give."""
 
 
 def pick(recordings: Sequence[Recording], flight: str | None) -> list[tuple[int, Recording]]:
-    """The flight that is asked for by its name or number, or all; each with its number.
+    """Return the flight with a name or number, or all flights; each with its number.
 
     Raises
     ------
@@ -80,7 +90,7 @@ def pick(recordings: Sequence[Recording], flight: str | None) -> list[tuple[int,
 
 
 def targets(flights: Sequence[tuple[int, Recording]], kind: str, output: Path | None) -> list[Path]:
-    """The file of each flight.
+    """Return the file of each flight.
 
     Parameters
     ----------
@@ -88,12 +98,12 @@ def targets(flights: Sequence[tuple[int, Recording]], kind: str, output: Path | 
     kind : str
         One of ``FORMATS``.
     output : Path, optional
-        A file for one flight, or a folder; by default the present folder, for one flight alone.
+        A file for one flight, or a folder; by default the working folder, for a single flight only.
 
     Raises
     ------
     RequestError
-        If several flights would meet in one file.
+        If several flights would be written to one file.
     """
     ending = FORMATS[kind].ending
     folder = output is not None and output.is_dir()
@@ -118,7 +128,7 @@ def targets(flights: Sequence[tuple[int, Recording]], kind: str, output: Path | 
 
 
 def stem(name: str) -> str:
-    """A file name that every system takes."""
+    """Return a file name that is valid on every system."""
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", name).lstrip(".")[:100] or "flight"
 
 
@@ -130,7 +140,7 @@ def export(
     roles: Sequence[str] = columns.ROLES,
     force: bool = False,
 ) -> list[Path]:
-    """Write flights for other programs, each file whole or not at all.
+    """Write flights for other programs, each file completely or not at all.
 
     Parameters
     ----------
@@ -148,12 +158,12 @@ def export(
     Returns
     -------
     list of Path
-        What was written.
+        The written files.
 
     Raises
     ------
     RequestError
-        If a file is there already, cannot be written, or the format cannot tell a flight. All targets are looked at
+        If a file exists already or cannot be written, or the format cannot represent a flight. All targets are checked
         before the first is written.
     DataError
         If a column is not finite.
@@ -167,17 +177,15 @@ def export(
     if len(set(paths)) < len(paths):
         msg = f"two flights would be written to {max(paths, key=paths.count)}"
         raise RequestError(msg)
-    plan = []
+    writes: list[tuple[Path, Writer, Recording, int]] = []
     for path, (number, recording) in zip(paths, flights, strict=True):
         kept = {name: recording[name] for role in roles for name in recording.names(role)}
         part = replace(recording, data=kept)
         check_finite(part.name, part.time_s, part.data)
-        steps = [(path, form.write), *((path.with_suffix(ending), write) for ending, write in form.beside)]
-        plan += [(target, write, part, number) for target, write in steps]
-    for target, *_ in plan:
+        steps = [(path, form.write), *((path.with_suffix(ending), write) for ending, write in form.companions)]
+        writes += [(target, write, part, number) for target, write in steps]
+    for target, *_ in writes:
         storage.check_target(target, force=force)
-    for target, write, part, number in plan:
-        storage.atomic_write(
-            target, lambda path, write=write, part=part, number=number: write(path, part, number), force=force
-        )
-    return [target for target, *_ in plan]
+    for target, write, part, number in writes:
+        storage.atomic_write(target, partial(write, recording=part, flight=number), force=force)
+    return [target for target, *_ in writes]

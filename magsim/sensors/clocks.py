@@ -1,6 +1,6 @@
-"""Clocks of the channels: when the value was taken that a row says.
+"""Clocks of the channels: when the value of a row was taken.
 
-The row that is tagged ``t`` holds what the instrument said at ``t - skew_s - drift_ppm 1e-6 t - jitter``. Labels and
+The row that is tagged ``t`` holds what the instrument read at ``t - skew_s - drift_ppm 1e-6 t - jitter``. Labels and
 truth stay at the tag.
 """
 
@@ -14,18 +14,18 @@ from magsim.streams import stream
 def instants(
     clock: InstrumentClock, tag_s: np.ndarray, name: str, seed: int, span_s: tuple[float, float]
 ) -> np.ndarray | None:
-    """Instants that a channel's rows were taken at.
+    """Return the instants at which the rows of a channel were taken.
 
     Parameters
     ----------
     clock : InstrumentClock
     tag_s : (m,) [s]
-        What the rows say.
+        Time tags of the rows.
     name : str
-        Of the channel: it has a jitter of its own.
+        Name of the channel in the random streams: each has a jitter of its own.
     seed : int
     span_s : (first, last) [s]
-        Instants that are known.
+        Span of the flight's record.
 
     Returns
     -------

@@ -18,8 +18,8 @@ def settings() -> dict:
     return copy.deepcopy(tomllib.loads(path.read_text(encoding="utf-8")))
 
 
-def circuit(settings: dict, name: str) -> dict:
-    return next(item for item in settings["circuits"] if item["name"] == name)
+def feeder(settings: dict, name: str) -> dict:
+    return next(item for item in settings["feeders"] if item["name"] == name)
 
 
 def refused(settings: dict, text: str) -> None:
@@ -28,11 +28,11 @@ def refused(settings: dict, text: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*assets.list_aircraft(), *assets.list_birds()])
-def test_every_circuit_and_bus_says_where_it_comes_from(name):
+def test_every_feeder_and_bus_says_where_it_comes_from(name):
     magnetics = vehicle(name).magnetics
-    assert magnetics.circuits
+    assert magnetics.feeders
     assert magnetics.buses
-    assert all(len(item.source) >= 10 for item in (*magnetics.circuits, *magnetics.buses))
+    assert all(len(item.source) >= 10 for item in (*magnetics.feeders, *magnetics.buses))
 
 
 def _is_kinematic(name: str) -> bool:
@@ -42,7 +42,7 @@ def _is_kinematic(name: str) -> bool:
 @pytest.mark.parametrize("name", [*filter(_is_kinematic, assets.list_aircraft()), *assets.list_birds()])
 def test_what_has_no_controls_has_nothing_that_follows_them(name):
     magnetics = vehicle(name).magnetics
-    assert {circuit.load.kind for circuit in magnetics.circuits} <= {"constant", "pulse", "duty", "charge", "sum"}
+    assert {feeder.load.kind for feeder in magnetics.feeders} <= {"constant", "pulse", "duty", "charge", "sum"}
     assert not magnetics.hinged
 
 
@@ -51,7 +51,7 @@ def test_what_has_no_controls_has_nothing_that_follows_them(name):
 def test_channels_of_a_bird_and_of_its_carrier_have_names_of_their_own(bird, carrier):
     """Both stand in one recording."""
     channels = [
-        {item.name for item in (*magnetics.circuits, *magnetics.buses)}
+        {item.name for item in (*magnetics.feeders, *magnetics.buses)}
         for magnetics in (vehicle(bird).magnetics, vehicle(carrier).magnetics)
     ]
     assert channels[0].isdisjoint(channels[1])
@@ -59,17 +59,17 @@ def test_channels_of_a_bird_and_of_its_carrier_have_names_of_their_own(bird, car
 
 def test_channels_that_sgl_recorded_carry_its_names():
     magnetics = load_aircraft("c208b").magnetics
-    names = [columns.alias_sgl(columns.CURRENT.name(circuit=circuit.name)) for circuit in magnetics.circuits]
+    names = [columns.alias_sgl(columns.CURRENT.name(feeder=feeder.name)) for feeder in magnetics.feeders]
     assert {"cur_com_1", "cur_tank", "cur_flap", "cur_strb", "cur_heat", "cur_acpwr", "cur_bat_1"} <= set(names)
     voltages = [columns.alias_sgl(columns.VOLTAGE.name(bus=bus.name)) for bus in magnetics.buses]
     assert {"vol_acpwr", "vol_bat_1"} <= set(voltages)
 
 
 def test_a_mount_in_a_wire_is_refused_by_name(settings):
-    wire = circuit(settings, "fuel_pump")["paths"][0]["vertices_m"]
+    wire = feeder(settings, "fuel_pump")["paths"][0]["vertices_m"]
     middle = [0.5 * (a + b) for a, b in zip(wire[1], wire[2], strict=True)]
     settings["mounts"]["floor"] = {"position_m": [middle[0], middle[1], middle[2] - 0.002], "source": "a test"}
-    text = r"mount 'floor' is 0.002 m from the wire of circuit 'fuel_pump', paths\[0\]; allowed: beyond its radius"
+    text = r"mount 'floor' is 0.002 m from the wire of feeder 'fuel_pump', paths\[0\]; allowed: beyond its radius"
     refused(settings, text)
     settings["mounts"]["floor"]["position_m"][2] -= 0.002
     Magnetics.model_validate(settings)
@@ -77,15 +77,15 @@ def test_a_mount_in_a_wire_is_refused_by_name(settings):
 
 def test_the_mirror_image_and_the_return_are_wires_too(settings):
     settings["mounts"]["tip"] = {"position_m": [-0.2, 7.7, -0.97], "source": "a test"}
-    refused(settings, "mount 'tip' is 0 m from the wire of circuit 'strobe'")
-    wire = circuit(settings, "fuel_pump")["paths"][0]
+    refused(settings, "mount 'tip' is 0 m from the wire of feeder 'strobe'")
+    wire = feeder(settings, "fuel_pump")["paths"][0]
     back = [a + b for a, b in zip(wire["vertices_m"][2], wire["offset_m"], strict=True)]
     settings["mounts"]["tip"]["position_m"] = back
-    refused(settings, "mount 'tip' is 0 m from the wire of circuit 'fuel_pump'")
+    refused(settings, "mount 'tip' is 0 m from the wire of feeder 'fuel_pump'")
 
 
 def test_distance_to_a_loop_counts_its_closing_piece(settings):
-    loop = Magnetics.model_validate(settings).circuits[2].paths[0]
+    loop = Magnetics.model_validate(settings).feeders[2].paths[0]
     first, last = loop.vertices_m[0], loop.vertices_m[-1]
     middle = tuple(0.5 * (a + b) for a, b in zip(first, last, strict=True))
     assert loop.clearance_m(middle) == pytest.approx(0.0, abs=1e-15)
@@ -122,13 +122,13 @@ def test_distance_to_a_loop_counts_its_closing_piece(settings):
         ),
         (
             {"kind": "sum", "of": ["flap"]},
-            "circuit 'strobe': load.of: 'flap' is not there; allowed: circuits above it: avi",
+            "feeder 'strobe': load.of: 'flap' is not there; allowed: feeders above it: avi",
         ),
         ({"kind": "sum", "of": ["avionics", "avionics"]}, "'avionics' stands twice"),
     ],
 )
 def test_wrong_loads(settings, change, text):
-    circuit(settings, "strobe")["load"] = change
+    feeder(settings, "strobe")["load"] = change
     refused(settings, text)
 
 
@@ -149,7 +149,7 @@ def test_wrong_loads(settings, change, text):
     ],
 )
 def test_wrong_paths(settings, change, text):
-    circuit(settings, "strobe")["paths"] = [change]
+    feeder(settings, "strobe")["paths"] = [change]
     refused(settings, text)
 
 
@@ -160,10 +160,10 @@ def test_wrong_buses(settings):
     settings["buses"][1]["open_circuit_v"] = 24.0
     refused(settings, "either open_circuit_v or fed_by")
     del settings["buses"][1]["open_circuit_v"]
-    settings["buses"][1]["circuits"] = ["starter"]
-    refused(settings, "bus 'battery': circuits: 'starter' is not there; allowed: circuits: avionics, com_1")
+    settings["buses"][1]["feeders"] = ["starter"]
+    refused(settings, "bus 'battery': feeders: 'starter' is not there; allowed: feeders: avionics, com_1")
 
 
 def test_names_differ(settings):
-    settings["circuits"][0]["name"] = "strobe"
-    refused(settings, "names of circuits must differ, used twice: strobe")
+    settings["feeders"][0]["name"] = "strobe"
+    refused(settings, "names of feeders must differ, used twice: strobe")

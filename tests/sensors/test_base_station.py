@@ -5,7 +5,7 @@ import pytest
 
 from magsim.scenario import BaseStation
 from magsim.sensors.acquisition import Acquisition
-from magsim.sensors.base import base_columns, measure
+from magsim.sensors.base_station import base_columns, measure
 from magsim.streams import stream
 
 TIME = np.arange(-480, 120 * 604 + 1) / 120.0

@@ -1,4 +1,4 @@
-"""Wiring: circuits with their paths and loads, and the buses whose voltage they pull down."""
+"""Wiring: feeders with their paths and loads, and the buses whose voltage they pull down."""
 
 import itertools
 import math
@@ -46,7 +46,7 @@ class PathBase(Strict):
     """What every path of a current has."""
 
     vertices_m: Line = Field(description="corners from the source to the load")
-    share: float = Field(default=1.0, ge=-10.0, le=10.0, description="part of the circuit's current")
+    share: float = Field(default=1.0, ge=-10.0, le=10.0, description="part of the feeder's current")
     mirror: bool = Field(default=False, description="a second path, mirrored to the other side, with the same share")
 
     @property
@@ -227,11 +227,11 @@ class ChargeLoad(Strict):
 
 
 class SumLoad(Strict):
-    """The sum of other circuits, as in the cable of a generator."""
+    """The sum of other feeders, as in the cable of a generator."""
 
     kind: Literal["sum"]
     of: Annotated[tuple[Name, ...], BeforeValidator(_as_tuple), Field(min_length=1)]
-    current_a: Amperes = Field(default=0.0, description="of loads that have no circuit of their own")
+    current_a: Amperes = Field(default=0.0, description="of loads that have no feeder of their own")
     rise_s: LagSeconds = Field(default=0.0, description="time constant of the lag; 0: none")
 
 
@@ -252,7 +252,7 @@ LOADS: tuple[type[Strict], ...] = (
 )
 
 
-class Circuit(Strict):
+class Feeder(Strict):
     """Wires that carry one current, and what draws it."""
 
     name: Name
@@ -273,7 +273,7 @@ class Bus(Strict):
     )
     fed_by: Name | None = Field(default=None, description="a bus that stands above it in the file")
     resistance_ohm: float = Field(ge=0.0, le=100.0, description="between the source, or the bus before, and here")
-    circuits: Annotated[tuple[Name, ...], BeforeValidator(_as_tuple), Field(min_length=1)] = Field(
+    feeders: Annotated[tuple[Name, ...], BeforeValidator(_as_tuple), Field(min_length=1)] = Field(
         description="whose currents flow through the resistance"
     )
     source: Source
@@ -286,22 +286,22 @@ class Bus(Strict):
         return self
 
 
-def check_circuits(circuits: tuple[Circuit, ...], buses: tuple[Bus, ...]) -> None:
+def check_feeders(feeders: tuple[Feeder, ...], buses: tuple[Bus, ...]) -> None:
     """Names in sums and buses must stand above.
 
     Raises
     ------
     ValueError
-        Naming the circuit or bus, what it asks for, and what there is.
+        Naming the feeder or bus, what it asks for, and what there is.
     """
     known: list[str] = []
-    for circuit in circuits:
-        if isinstance(circuit.load, SumLoad):
-            _known(f"circuit {circuit.name!r}: load.of", circuit.load.of, known, "circuits above it")
-        known.append(circuit.name)
+    for feeder in feeders:
+        if isinstance(feeder.load, SumLoad):
+            _known(f"feeder {feeder.name!r}: load.of", feeder.load.of, known, "feeders above it")
+        known.append(feeder.name)
     above: list[str] = []
     for bus in buses:
-        _known(f"bus {bus.name!r}: circuits", bus.circuits, known, "circuits")
+        _known(f"bus {bus.name!r}: feeders", bus.feeders, known, "feeders")
         if bus.fed_by is not None:
             _known(f"bus {bus.name!r}: fed_by", (bus.fed_by,), above, "buses above it")
         above.append(bus.name)
@@ -317,20 +317,20 @@ def _known(where: str, names: tuple[str, ...], known: list[str], what: str) -> N
             raise ValueError(msg)
 
 
-def wire_at(place: Vector, circuits: tuple[Circuit, ...]) -> str | None:
+def wire_at(place: Vector, feeders: tuple[Feeder, ...]) -> str | None:
     """The wire that a place lies in, with what is allowed; None where there is none.
 
     Parameters
     ----------
     place : (3,) [m]
-    circuits : tuple of Circuit
+    feeders : tuple of Feeder
     """
-    for circuit in circuits:
-        for i, path in enumerate(circuit.paths):
+    for feeder in feeders:
+        for i, path in enumerate(feeder.paths):
             distance = path.clearance_m(place)
-            if distance < circuit.wire_radius_m:
+            if distance < feeder.wire_radius_m:
                 return (
-                    f"{max(0.0, distance):.3g} m from the wire of circuit {circuit.name!r}, paths[{i}]; "
-                    f"allowed: beyond its radius, {circuit.wire_radius_m:g} m"
+                    f"{max(0.0, distance):.3g} m from the wire of feeder {feeder.name!r}, paths[{i}]; "
+                    f"allowed: beyond its radius, {feeder.wire_radius_m:g} m"
                 )
     return None

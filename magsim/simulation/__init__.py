@@ -1,0 +1,125 @@
+"""From a scenario to a recording: the only place where flight, field and sensors meet."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from magsim import config
+from magsim.errors import RequestError
+from magsim.field import compute_field, compute_tow_field
+from magsim.flight import fly
+from magsim.loading import LoadedScenario, load_scenario
+from magsim.recording import Recording
+from magsim.scenario import Scenario
+from magsim.simulation.recording import record
+from magsim.trajectory import Flight
+from magsim.truth import FieldTruth
+
+__all__ = ["Progress", "compute_fields", "record", "simulate"]
+
+Progress = Callable[[str, float], None]
+"""Called with the name of the step and its share done, 0 to 1."""
+
+
+def simulate(
+    scenario: str | Path | LoadedScenario,
+    *,
+    seed: int | None = None,
+    set: Mapping[str, object] | None = None,
+    progress: Progress | None = None,
+) -> Recording:
+    """Fly a scenario, compute the field at each sensor, and record the readings of the instruments.
+
+    Parameters
+    ----------
+    scenario : str, Path or LoadedScenario
+        Name of a shipped scenario, path of a TOML file, or the result of ``load_scenario``.
+    seed : int, optional
+        Replaces the seed of the scenario.
+    set : mapping of str to object, optional
+        Values by key path, applied on top of the file in order, as ``magsim generate --set`` does:
+        ``{"start.alt_m": 2500, "sensors.scalar[0].noise_nt_rthz": 0.0}``.
+    progress : callable, optional
+        Called with the name of the step (``"flight"``, ``"field"`` or ``"sensors"``) and its share done, 0 to 1.
+
+    Returns
+    -------
+    Recording
+        With every column of ``magsim.columns`` that the scenario has instruments for. The same scenario, aircraft
+        files, version and machine give the same bits.
+
+    Raises
+    ------
+    RequestError
+        If an argument is of the wrong kind, the scenario is wrong, or it does not fit the flight; with file and line
+        where there is one.
+    DataError
+        If the flight diverges or a column is not finite.
+
+    Examples
+    --------
+    >>> recording = magsim.simulate("calibration_c208b", seed=3, set={"air.turbulence_severity": 2})
+    """
+    if progress is not None and not callable(progress):
+        msg = f"progress: is a {type(progress).__name__}; allowed: a function of a step's name and its share done"
+        raise RequestError(msg)
+    loaded = _loaded(scenario, _overrides(seed, set))
+    # Solves on one BLAS thread and on two differ in their last bits.
+    with threadpool_limits(1):
+        try:
+            flight = fly(
+                loaded.scenario,
+                loaded.aircraft,
+                bird=loaded.bird,
+                ground=loaded.ground,
+                track=loaded.track,
+                progress=_step(progress, "flight"),
+            )
+            truths = compute_fields(loaded, flight, progress=_step(progress, "field"))
+        except RequestError as error:
+            raise RequestError(loaded.placed(str(error))) from None
+        report = _step(progress, "sensors")
+        report(0.0)
+        recording = record(loaded, flight, truths)
+        report(1.0)
+    return recording
+
+
+def compute_fields(
+    loaded: LoadedScenario, flight: Flight, *, progress: Callable[[float], None] | None = None
+) -> dict[str, FieldTruth]:
+    """Return the true field of a finished flight by what carries the sensors: ``carrier``, and ``bird`` with a tow."""
+    scenario, aircraft, ground = loaded.scenario, loaded.aircraft, loaded.ground
+    if loaded.bird is None:
+        return {"carrier": compute_field(scenario, aircraft, flight, ground=ground, progress=progress)}
+    return compute_tow_field(scenario, aircraft, loaded.bird, flight, ground=ground, progress=progress)
+
+
+def _loaded(scenario: object, overrides: tuple[str, ...]) -> LoadedScenario:
+    """Return the scenario that was named, with its overrides."""
+    if isinstance(scenario, LoadedScenario):
+        return scenario.changed(overrides)
+    if isinstance(scenario, str | Path):
+        return load_scenario(scenario, overrides)
+    what = "is a Scenario, without its aircraft and files" if isinstance(scenario, Scenario) else ""
+    msg = (
+        f"scenario: {what or f'is a {type(scenario).__name__}'}; allowed: the name of a shipped scenario, the path of "
+        "a TOML file, or the LoadedScenario that load_scenario returns"
+    )
+    raise RequestError(msg)
+
+
+def _overrides(seed: int | None, settings: Mapping[str, object] | None) -> tuple[str, ...]:
+    """Return the overrides that the arguments of ``simulate`` mean, as ``--set`` takes them."""
+    overrides = config.overrides_of({} if settings is None else settings, name="set")
+    if seed is None:
+        return overrides
+    if isinstance(settings, Mapping) and "seed" in settings:
+        msg = "seed: is given twice, as an argument and in set; allowed: one of them"
+        raise RequestError(msg)
+    return (*overrides, *config.overrides_of({"seed": seed}, name="seed"))
+
+
+def _step(progress: Progress | None, name: str) -> Callable[[float], None]:
+    return (lambda _share: None) if progress is None else (lambda share: progress(name, share))

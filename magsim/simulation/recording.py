@@ -1,0 +1,115 @@
+"""The recording of a finished flight: columns of all instruments, segments, splits and provenance."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+
+import numpy as np
+
+import magsim
+from magsim import columns
+from magsim.errors import DataError
+from magsim.field.background.station import station_field
+from magsim.loading import LoadedScenario
+from magsim.recording import Recording
+from magsim.scenario import RecordingSettings
+from magsim.sensors import Acquisition, Counter, MeasuredFlight, read_instruments
+from magsim.trajectory import Flight
+from magsim.truth import FieldTruth
+
+SCHEMA = 1
+"""Version of the contents of ``Recording.meta``."""
+
+
+def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTruth]) -> Recording:
+    """Record a finished flight in its true field.
+
+    Parameters
+    ----------
+    loaded : LoadedScenario
+    flight : Flight
+    truths : mapping of str to FieldTruth
+        From ``compute_fields``.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    DataError
+        If a column is not finite, or a clock leads out of the flight's record.
+    """
+    scenario = loaded.scenario
+    settings, samples_s = scenario.recording, truths["carrier"].time_s
+    acquisition = Acquisition.of(samples_s, flight.duration_s, flight.simulation_rate_hz, settings.rate_hz)
+    station, station_n = scenario.sensors.base, None
+    if station is not None:
+        station_n = station_field(station, scenario, loaded.ground, samples_s)
+    measured = MeasuredFlight(
+        scenario.sensors, scenario.seed, flight, truths, acquisition, ground=loaded.ground, station_n=station_n
+    )
+    time_s, segments = measured.time_s, flight.segment_columns(measured.time_s)
+    data = read_instruments(measured) | segments
+    data[columns.SPLIT.name()] = split_of(segments["circuit"], segments["leg"], settings)
+    _check_finite(loaded.name, time_s, data)
+    order = {family: place for place, family in enumerate(columns.FAMILIES)}
+    names = sorted(data, key=lambda name: order[columns.find(name)])
+    whole = Recording(loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, acquisition))
+    return whole.with_truth(settings.truth)
+
+
+def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) -> np.ndarray:
+    """Return the code of the split of each row: training circuits but for their validation legs train, others test.
+
+    Parameters
+    ----------
+    circuit, leg : (n,)
+        A turn has the number of the leg before it.
+    settings : RecordingSettings
+
+    Returns
+    -------
+    (n,)
+        Keys of ``columns.SPLITS``.
+    """
+    codes = {name: code for code, name in columns.SPLITS.items()}
+    trained = np.isin(circuit, settings.train_circuits)
+    kept = np.isin(leg, settings.valid_legs)
+    return np.where(trained, np.where(kept, codes["valid"], codes["train"]), codes["test"]).astype(float)
+
+
+def _check_finite(name: str, time_s: np.ndarray, data: dict[str, np.ndarray]) -> None:
+    for column, values in data.items():
+        bad = ~np.isfinite(values)
+        if bad.any():
+            msg = f"{name}: column {column} is not finite, first at {time_s[bad.argmax()]:g} s"
+            raise DataError(msg)
+
+
+def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> dict[str, object]:
+    """Return the provenance in plain types: no clock, no path, no host."""
+    scenario = loaded.scenario
+    counters = {
+        sensor.name: Counter(acquisition, sensor.counter_s).description
+        + f"; readings are tagged at the {sensor.counter_tag}"
+        for sensor in scenario.sensors.scalar
+        if sensor.counter_s > 0.0
+    }
+    return {
+        "schema": SCHEMA,
+        "generator": "magsim",
+        "version": magsim.__version__,
+        "scenario": loaded.name,
+        "scenario_text": loaded.text,
+        "overrides": list(loaded.overrides),
+        "digest": loaded.digest,
+        "aircraft": loaded.aircraft.name,
+        **({} if loaded.bird is None else {"bird": loaded.bird.name}),
+        "seed": scenario.seed,
+        "start_utc": scenario.start.time_utc.isoformat(),
+        "rate_hz": scenario.recording.rate_hz,
+        "simulation_rate_hz": flight.simulation_rate_hz,
+        "filter": acquisition.decimator.description,
+        "maneuvers": [asdict(flown) | {"off_axis_deg": list(flown.off_axis_deg)} for flown in flight.maneuvers],
+        "notes": dict(flight.notes),
+    } | ({"counters": counters} if counters else {})
