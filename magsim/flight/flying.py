@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from magsim.aircraft import Aircraft, Bird, KinematicFacts
+from magsim.aircraft import Aircraft, Bird, Facts, KinematicFacts
 from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
 from magsim.flight.carriers.kinematic import fly_kinematic
@@ -89,22 +89,19 @@ def _fly_carrier(
 ) -> tuple[Flight, BirdMotion | None]:
     """Fly the carrier, with a log long enough for a bird to settle; return the motion of a bird that pulls."""
     if isinstance(scenario.pattern, TrackPattern):
-        return _fly_log(scenario, aircraft, track, ground), None
+        if track is None:
+            msg = f"pattern.file: {scenario.pattern.file} is read by load_scenario only"
+            raise RequestError(msg)
+        return fly_track(scenario, aircraft, track, ground, (MARGIN_S + settle_s(scenario), MARGIN_S)), None
     if isinstance(aircraft.facts, KinematicFacts):
         return fly_kinematic(scenario, aircraft, ground), None
     return fly_modeled(scenario, aircraft, bird, ground, progress)
 
 
-def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, ground: Ground | None) -> Flight:
-    if track is None:
-        msg = f"pattern.file: {scenario.pattern.file} is read by load_scenario only"
-        raise RequestError(msg)
-    return fly_track(scenario, aircraft, track, ground, (MARGIN_S + settle_s(scenario), MARGIN_S))
-
-
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
     """Step the same flight model at the same rate for a time and do nothing else: the reference for speed."""
     facts = scenario.loading.apply(aircraft.facts)
+    assert isinstance(facts, Facts)
     ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
     setup = plan_flight(scenario, facts, ground).setup
     bare_steps(facts, setup, round(duration_s * setup.step_hz))

@@ -148,16 +148,20 @@ class Flight:
     def since(self, start_s: float) -> "Flight":
         """Return the same flight with logs that begin at a time."""
         rows = self.carrier.time_s >= start_s - 1e-9
-        cut: dict[str, object] = {
-            kind: {name: values[rows] for name, values in getattr(self, kind).items()}
-            for kind in ("controls", "switches", "rotors")
-        }
-        cut["wind_n"] = None if self.wind_n is None else self.wind_n[rows]
-        if self.bird is not None:
-            kept = self.bird.time_s >= start_s - 1e-9
-            cut["bird"] = self.bird.take(kept)
-            cut["rope"] = {name: values[kept] for name, values in self.rope.items()}
-        return replace(self, carrier=self.carrier.take(rows), **cut)
+        bird, rope = self.bird, self.rope
+        if bird is not None:
+            kept = bird.time_s >= start_s - 1e-9
+            bird, rope = bird.take(kept), _rows_of(rope, kept)
+        return replace(
+            self,
+            carrier=self.carrier.take(rows),
+            controls=_rows_of(self.controls, rows),
+            switches=_rows_of(self.switches, rows),
+            rotors=_rows_of(self.rotors, rows),
+            wind_n=None if self.wind_n is None else self.wind_n[rows],
+            bird=bird,
+            rope=rope,
+        )
 
     @cached_property
     def _control_spline(self) -> CubicSpline:
@@ -244,3 +248,8 @@ class Flight:
             # Of several simultaneous axes the one with the most cycles counts.
             out["cycle"][rows] = np.maximum(out["cycle"][rows], np.minimum(begun, maneuver.cycles))
         return out
+
+
+def _rows_of(table: Mapping[str, np.ndarray], rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Select rows of every column."""
+    return {name: values[rows] for name, values in table.items()}

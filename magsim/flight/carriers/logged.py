@@ -15,7 +15,7 @@ from magsim.earth.wgs84 import radii_of_curvature, transport_rate
 from magsim.errors import RequestError
 from magsim.flight.model.rates import log_rate_hz
 from magsim.frames import rot_nb_from_attitude, rotate_back
-from magsim.scenario import Scenario, TrackLog
+from magsim.scenario import Scenario, TrackLog, TrackPattern
 from magsim.scenario.track import SURFACES
 from magsim.terrain import Ground, TangentPlane
 from magsim.trajectory import AttitudeCurve, Flight, Segment, Trajectory
@@ -48,6 +48,7 @@ def fly_track(
     """
     before_s, after_s = margins_s
     pattern = scenario.pattern
+    assert isinstance(pattern, TrackPattern)
     lat, lon = _position(scenario, track)
     alt = track["alt"] + (ground.geoid_m if pattern.heights == "sea" and ground is not None else 0.0)
     time = (track["time"] - track["time"][0]) - before_s

@@ -20,6 +20,7 @@ from magsim.flight.carriers.planning import (
     MARGIN_S,
     check_wind,
     flying_time,
+    legs_of,
     longest_s,
     plan_flight,
     settle_s,
@@ -39,7 +40,7 @@ from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.flight.pilot.pilot import Pilot, first_row_s, on_clock, planned_trains
 from magsim.flight.pilot.response import UNITY, LoopResponse
 from magsim.flight.tow.motion import BirdMotion
-from magsim.scenario import PatternBase, Scenario, parts_of
+from magsim.scenario import LegPattern, Scenario, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -52,29 +53,31 @@ def fly_modeled(
     progress: Callable[[float], None] | None,
 ) -> tuple[Flight, BirdMotion | None]:
     """Fly a flight model; return also the motion of a bird that pulled on it."""
-    aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
-    plane, path, setup, heights, _ = plan_flight(scenario, aircraft.facts, ground)
+    facts = scenario.loading.apply(aircraft.facts)
+    assert isinstance(facts, Facts)
+    aircraft = replace(aircraft, facts=facts)
+    plane, path, setup, heights, _ = plan_flight(scenario, facts, ground)
     check_wind(scenario, path)
     check_legs(scenario.flight.flaps, path, flying_time(scenario, path))
-    parts = parts_of(scenario.pattern)
+    parts = parts_of(legs_of(scenario))
     # Maneuvers are calibrated at the height of each part.
     setups = [replace(setup, alt_m=part.height_m(scenario.start.alt_m) or setup.alt_m) for part in parts]
     responses = [
-        _calibrated(aircraft.facts, at, [element for element in path if element.label.part == number], parts)
+        _calibrated(facts, at, [element for element in path if element.label.part == number], parts)
         for number, at in enumerate(setups)
     ]
     before_s = warmup_s(scenario)
-    log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
+    log_hz = scenario.flight.log_hz or log_rate_hz(facts, setup.step_hz)
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
     coupled = None
-    if bird is not None:
+    if bird is not None and scenario.tow is not None:
         from magsim.flight.tow.setup import coupled_chain, hook_of
 
         coupled = coupled_chain(scenario, aircraft, bird, step_hz=setup.step_hz, log_hz=log_hz, alt_m=setup.alt_m)
-    if coupled is not None:
-        setup = replace(setup, hook_b=hook_of(scenario.tow, aircraft))
+        if coupled is not None:
+            setup = replace(setup, hook_b=hook_of(scenario.tow, aircraft))
     pilot = Pilot(
-        aircraft.facts,
+        facts,
         setup,
         plane=plane,
         path=path,
@@ -83,7 +86,7 @@ def fly_modeled(
         response=responses,
         parts=parts,
         ground=ground,
-        monitor=FlightMonitor(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
+        monitor=FlightMonitor(facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
         heights=heights,
         flaps=scenario.flight.flaps,
         coupled=coupled,
@@ -96,7 +99,7 @@ def fly_modeled(
         raise DataError(error.message(error.time_s - before_s)) from None
     if progress is not None:
         progress(1.0)
-    flight = _flight(scenario, aircraft, pilot, log, response=_response_notes(responses), ground=ground)
+    flight = _flight(scenario, facts, pilot, log, response=_response_notes(responses), ground=ground)
     if coupled is None:
         return flight, None
     zero = first_row_s(pilot.guidance.crossings[0].time_s, log_hz)
@@ -104,7 +107,7 @@ def fly_modeled(
     return flight, coupled.flown(begun, ended, zero, log_hz)
 
 
-def _calibrated(facts: Facts, setup: PlantSetup, path: Sequence[Element], parts: Sequence[PatternBase]) -> LoopResponse:
+def _calibrated(facts: Facts, setup: PlantSetup, path: Sequence[Element], parts: Sequence[LegPattern]) -> LoopResponse:
     """Calibrate the loops for the maneuvers of a part of the path, at its height."""
     trains = planned_trains(path, parts, setup)
     if not trains:
@@ -155,7 +158,7 @@ def _progress(progress: Callable[[float], None], expected_s: float) -> Callable[
 
 def _flight(
     scenario: Scenario,
-    aircraft: Aircraft,
+    facts: Facts,
     pilot: Pilot,
     log: Log,
     *,
@@ -164,16 +167,17 @@ def _flight(
 ) -> Flight:
     """Cut the log and describe the flight."""
     crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
+    assert end is not None  # the flight has ended
     log_hz, rate_hz = pilot.log_hz, scenario.recording.rate_hz
     zero = first_row_s(crossings[0].time_s, log_hz)
     log = log.cut(zero - MARGIN_S - settle_s(scenario), end + MARGIN_S, zero)
-    carrier = log.trajectory(aircraft.facts.cg_b)
+    carrier = log.trajectory(facts.cg_b)
     duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
     pilot.flaps.check()
     segments = segments_of(crossings, pilot.path, zero, end, carrier)
     trains = [on_clock(train, zero) for train in pilot.trains]
     check_trains(trains, segments)
-    maneuvers, parts = tuple(measure(train, carrier)[0] for train in trains), parts_of(scenario.pattern)
+    maneuvers, parts = tuple(measure(train, carrier)[0] for train in trains), parts_of(legs_of(scenario))
     return Flight(
         carrier=carrier,
         duration_s=duration,
@@ -181,16 +185,16 @@ def _flight(
         controls=log.controls(),
         switches=log.switches(),
         wind_n=log.wind(),
-        rotors=log.rotors(aircraft.facts.engine),
+        rotors=log.rotors(facts.engine),
         segments=segments,
         maneuvers=maneuvers,
         notes={
             "jsbsim": str(jsbsim.__version__),
-            "integrators": integrators_for(aircraft.facts, scenario.flight.step_hz),
+            "integrators": integrators_for(facts, scenario.flight.step_hz),
             "step_hz": scenario.flight.step_hz,
             "log_hz": log_hz,
             "warmup_s": warmup_s(scenario),
-            "mass_kg": aircraft.facts.mass_kg,
+            "mass_kg": facts.mass_kg,
             "fuel_left_kg": pilot.plant.fuel_kg,
             "loop_response": {name: values.tolist() for name, values in response.items()},
             **pattern_notes(scenario, pilot.path, carrier, segments, trains),

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from magsim.errors import DataError
+from magsim.flight.carriers.planning import legs_of
 from magsim.flight.path.elements import Element
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.guidance import Crossing
 from magsim.flight.pilot.trains import SineTrain
-from magsim.scenario import PatternBase, Scenario, Square, parts_of
+from magsim.scenario import LegPattern, Scenario, Square, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
 
@@ -25,7 +26,7 @@ def drape_notes(
     carrier: Trajectory,
     *,
     ground: Ground | None,
-    parts: Sequence[PatternBase],
+    parts: Sequence[LegPattern],
 ) -> dict[str, object]:
     """Measure the errors from planned heights on the legs, and heights above the ground on draped lines.
 
@@ -38,7 +39,7 @@ def drape_notes(
     segments : sequence of Segment
     carrier : Trajectory
     ground : Ground, optional
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
 
     Raises
     ------
@@ -71,7 +72,7 @@ def drape_notes(
 
 
 def _leg_rows(
-    segments: Sequence[Segment], parts: Sequence[PatternBase], carrier: Trajectory
+    segments: Sequence[Segment], parts: Sequence[LegPattern], carrier: Trajectory
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of the log on legs, and those on draped lines."""
     draped = [part.height_m(0.0) is None for part in parts for _ in range(part.circuits)]
@@ -131,7 +132,7 @@ def pattern_notes(
     plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
     notes: dict[str, object] = {"worst_leg_length_error_m": _worst_length(path, segments)}
     circuits, closures, passes = 0, [], []
-    for part in parts_of(scenario.pattern):
+    for part in parts_of(legs_of(scenario)):
         numbers = range(circuits + 1, circuits + part.circuits + 1)
         own = [segment for segment in segments if segment.circuit in numbers and not segment.transit]
         if isinstance(part, Square):
@@ -176,7 +177,7 @@ def _closure(carrier: Trajectory, plane: LocalPlane, segments: Sequence[Segment]
 
 
 def _pass(
-    carrier: Trajectory, plane: LocalPlane, segment: Segment, part: PatternBase, alt_m: float
+    carrier: Trajectory, plane: LocalPlane, segment: Segment, part: LegPattern, alt_m: float
 ) -> dict[str, float | int]:
     """Return when and how closely a leg passed the center of its pattern."""
     rows = np.flatnonzero((carrier.time_s >= segment.start_s) & (carrier.time_s <= segment.stop_s))

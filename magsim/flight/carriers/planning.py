@@ -17,7 +17,7 @@ from magsim.flight.path.patterns import path_of
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.path.wind import ground_speed
 from magsim.planning import legs_allowed, needed_s
-from magsim.scenario import LogShear, Scenario, key_of, parts_of
+from magsim.scenario import LegPattern, LogShear, PatternSequence, Scenario, TrackPattern, key_of, parts_of
 from magsim.terrain import Ground
 
 MARGIN_S = 4.0
@@ -36,6 +36,12 @@ class FlightPlan(NamedTuple):
     heights: HeightPlan | None
     ground_m: float
     """Ground at the start point, from which a logarithmic shear counts, above the ellipsoid."""
+
+
+def legs_of(scenario: Scenario) -> LegPattern | PatternSequence:
+    """Return the pattern of a scenario that does not fly a logged track."""
+    assert not isinstance(scenario.pattern, TrackPattern)
+    return scenario.pattern
 
 
 def warmup_s(scenario: Scenario) -> float:
@@ -60,7 +66,7 @@ def plan_flight(scenario: Scenario, facts: Facts | KinematicFacts, ground: Groun
     plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
     wind = air.wind_mps
     fastest = start.speed_mps + math.hypot(*wind)
-    path = path_of(scenario.pattern, start.heading_deg, fastest, facts.bank_ease_s)
+    path = path_of(legs_of(scenario), start.heading_deg, fastest, facts.bank_ease_s)
     course = path[0].at(0.0).course
     before_m = warmup_s(scenario) * ground_speed(start.speed_mps, course, wind)
     before = path[0].at(-before_m)
@@ -68,7 +74,7 @@ def plan_flight(scenario: Scenario, facts: Facts | KinematicFacts, ground: Groun
     below = 0.0 if ground is None else float(ground.height(np.array(lat), np.array(lon)))
     heights = plan_path(
         path,
-        parts_of(scenario.pattern),
+        parts_of(legs_of(scenario)),
         plane,
         ground,
         alt_m=start.alt_m,
@@ -139,15 +145,15 @@ def check_wind(scenario: Scenario, path: Sequence[Element]) -> None:
     RequestError
         If one does not.
     """
-    parts = parts_of(scenario.pattern)
+    parts = parts_of(legs_of(scenario))
     for element in path:
         pattern = parts[element.label.part]
         if element.turn or not pattern.maneuvers:
             continue
         available = _leg_time(scenario, element)
-        needed = needed_s(pattern, element.label.index, available) - pattern.maneuvers[-1].rest_s
+        needed = needed_s(pattern, element.label.leg_index, available) - pattern.maneuvers[-1].rest_s
         if needed > available:
-            key = key_of(scenario.pattern, element.label.part)
+            key = key_of(legs_of(scenario), element.label.part)
             msg = (
                 f"{key}.maneuvers: with the wind of [air], leg {element.leg} of "
                 f"circuit {element.circuit} is flown in {available:.0f} s, but its maneuvers need {needed:.0f} s; "

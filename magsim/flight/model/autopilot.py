@@ -28,6 +28,7 @@ derivative replaces c.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -109,7 +110,7 @@ def system_xml(facts: Facts) -> str:
 """
 
 
-def _tag(name: str) -> object:
+def _tag(name: str) -> Callable[..., str]:
     def build(*parts: object) -> str:
         return f"<{name}>{''.join(_part(p) for p in parts)}</{name}>"
 

@@ -28,7 +28,7 @@ class PathLabel(NamedTuple):
     """Whether it leads from one pattern to the next."""
     part: int = 0
     """Which pattern of the flight, from 0."""
-    index: int = 0
+    leg_index: int = 0
     """Number of the leg within its pattern, from 0."""
 
 

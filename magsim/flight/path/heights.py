@@ -12,13 +12,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from magsim.errors import RequestError
 from magsim.flight.path.elements import Element
 from magsim.flight.path.plane import LocalPlane
-from magsim.scenario import PatternBase
+from magsim.scenario import LegPattern, SurveyPattern
 from magsim.terrain import Ground, TangentPlane
 from magsim.units import G0
 
@@ -120,16 +121,18 @@ def window_of(slope: float, speed_mps: float) -> float:
     return 4.0 * slope * speed_mps**2 / (VERTICAL_G * G0)
 
 
-def plan_heights(target_m: np.ndarray, slope: float, speed_mps: float, step_m: float) -> tuple[np.ndarray, float]:
-    """Smooth heights that are nowhere below a target, and what the rounding has added to them [m]."""
-    smooth = rounded(ramps(target_m, slope, step_m), window_of(slope, speed_mps), step_m)
+def plan_heights(
+    target_m: np.ndarray, slope: np.ndarray | float, window_m: float, step_m: float
+) -> tuple[np.ndarray, float]:
+    """Return smooth heights that are nowhere below a target, and the height [m] that was added for the rounding."""
+    smooth = rounded(ramps(target_m, slope, step_m), window_m, step_m)
     lift = max(0.0, float(np.max(target_m - smooth)))
     return smooth + lift, lift
 
 
 def plan_path(
     path: Sequence[Element],
-    parts: Sequence[PatternBase],
+    parts: Sequence[LegPattern],
     plane: LocalPlane,
     ground: Ground | None,
     *,
@@ -145,7 +148,7 @@ def plan_path(
     Parameters
     ----------
     path : sequence of Element
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
         The patterns of the flight, in order.
     plane : LocalPlane
         In which the path lies.
@@ -186,42 +189,56 @@ def plan_path(
     if ground is not None:
         lat, lon = TangentPlane(plane.lat_rad, plane.lon_rad, plane.alt_m).geodetic(places[:, 0], places[:, 1])
         below = ground.height(lat, lon)
+    drapes = {
+        number: (part.drape_m, part.climb_slope)
+        for number, part in enumerate(parts)
+        if isinstance(part, SurveyPattern) and part.drape_m is not None
+    }
     slope = np.full(len(along), climb_mps / speed_mps)
-    for number, part in enumerate(parts):
-        if heights_of[number] is None:
-            slope[(part_of == number) & ~transit] = part.climb_slope
+    for number, (_, climb_slope) in drapes.items():
+        slope[(part_of == number) & ~transit] = climb_slope
     window_m = window_of(float(slope.max()), speed_mps)
-    target, ends, lifts, planned = np.full(len(along), -np.inf), [], [0.0], []
-    for number, part in enumerate(parts):
+    target, rounding_m, planned = np.full(len(along), -np.inf), 0.0, []
+    for number, height_m in enumerate(heights_of):
         rows = np.flatnonzero((part_of == number) & ~transit)
-        if heights_of[number] is None:
+        if number in drapes:
+            clearance_m, _ = drapes[number]
             # The transits on both sides keep clear of the ground too.
             around = transit & ((part_of == number) | (part_of == number - 1))
             around[rows] = True
-            own, lift = _own_plan(np.where(around, below + part.drape_m, -np.inf), slope, window_m)
-            target[around] = np.maximum(target[around], below[around] + part.drape_m + lift)
-            lifts.append(lift)
+            own, lift = plan_heights(np.where(around, below + clearance_m, -np.inf), slope, window_m, STEP_M)
+            target[around] = np.maximum(target[around], below[around] + clearance_m + lift)
+            rounding_m = max(rounding_m, lift)
         else:
-            own = np.full(len(along), heights_of[number])
+            own = np.full(len(along), height_m)
             held = _held(rows, transit, speed_mps, window_m)
             target[held] = np.maximum(target[held], own[held])
-        ends.append((float(own[rows[0]]), float(own[rows[-1]])))
-        planned.append((number, rows, own))
+        planned.append(_PartHeights(rows, own, number in drapes))
     for number in range(1, len(parts)):
         between = transit & (part_of == number - 1)
-        target[between] = np.maximum(target[between], min(ends[number - 1][1], ends[number][0]))
-    room = {"window_m": window_m, "settle_m": SETTLE_S * speed_mps}
-    _check_transits(path, heights_of, ends, slope=climb_mps / speed_mps, **room)
+        target[between] = np.maximum(target[between], min(planned[number - 1].last_m, planned[number].first_m))
+    _check_transits(path, planned, slope=climb_mps / speed_mps, window_m=window_m, settle_m=SETTLE_S * speed_mps)
     heights = rounded(ramps(target, slope, STEP_M), window_m, STEP_M)
-    highest, draped = float(heights.max()), [part.drape_m for part in parts if part.height_m(alt_m) is None]
-    if draped and highest > ceiling_m:
-        msg = (
-            f"pattern.drape_m: {max(draped):g} m above this ground reaches {highest:.0f} m above the ellipsoid; "
-            f"allowed: up to the ceiling of the aircraft, {ceiling_m:g} m"
-        )
-        raise RequestError(msg)
-    _check_parts(heights, planned, heights_of)
-    return HeightPlan(-before_m, heights, below, max(lifts))
+    if drapes:
+        _check_ceiling(float(heights.max()), max(clearance_m for clearance_m, _ in drapes.values()), ceiling_m)
+    _check_parts(heights, planned)
+    return HeightPlan(-before_m, heights, below, rounding_m)
+
+
+class _PartHeights(NamedTuple):
+    """Heights of one part of a flight: its rows along the path, and its own plan at all rows."""
+
+    rows: np.ndarray
+    own_m: np.ndarray
+    draped: bool
+
+    @property
+    def first_m(self) -> float:
+        return float(self.own_m[self.rows[0]])
+
+    @property
+    def last_m(self) -> float:
+        return float(self.own_m[self.rows[-1]])
 
 
 def _places(path: Sequence[Element], along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -237,13 +254,6 @@ def _places(path: Sequence[Element], along: np.ndarray) -> tuple[np.ndarray, np.
     return places, elements
 
 
-def _own_plan(target_m: np.ndarray, slope: np.ndarray, window_m: float) -> tuple[np.ndarray, float]:
-    """Smooth heights that are nowhere below a target, and what the rounding has added to them [m]."""
-    smooth = rounded(ramps(target_m, slope, STEP_M), window_m, STEP_M)
-    lift = max(0.0, float(np.max(target_m - smooth)))
-    return smooth + lift, lift
-
-
 def _held(rows: np.ndarray, transit: np.ndarray, speed_mps: float, window_m: float) -> np.ndarray:
     """Return the rows at which a level part's height is held: its own, settling, and room for the rounding."""
     half = math.ceil(0.5 * window_m / STEP_M) + 1
@@ -254,21 +264,15 @@ def _held(rows: np.ndarray, transit: np.ndarray, speed_mps: float, window_m: flo
 
 
 def _check_transits(
-    path: Sequence[Element],
-    heights_of: Sequence[float | None],
-    ends: Sequence[tuple[float, float]],
-    *,
-    slope: float,
-    window_m: float,
-    settle_m: float,
+    path: Sequence[Element], planned: Sequence[_PartHeights], *, slope: float, window_m: float, settle_m: float
 ) -> None:
     """Check that each transit is long enough for its climb."""
-    for number in range(1, len(ends)):
-        before, after = ends[number - 1][1], ends[number][0]
+    for number in range(1, len(planned)):
+        before, after = planned[number - 1].last_m, planned[number].first_m
         if before == after:
             continue
         length = math.fsum(e.length_m for e in path if e.label.transit and e.label.part == number - 1)
-        room = window_m + 4.0 * STEP_M + (settle_m if heights_of[number] is not None else 0.0)
+        room = window_m + 4.0 * STEP_M + (0.0 if planned[number].draped else settle_m)
         needed = abs(after - before) / slope + room
         if length < needed:
             reach = max(0.0, length - room) * slope
@@ -281,15 +285,21 @@ def _check_transits(
             raise RequestError(msg)
 
 
-def _check_parts(
-    heights: np.ndarray,
-    planned: Sequence[tuple[int, np.ndarray, np.ndarray]],
-    heights_of: Sequence[float | None],
-) -> None:
+def _check_ceiling(highest_m: float, clearance_m: float, ceiling_m: float) -> None:
+    """Check that a draped flight stays below the aircraft's ceiling."""
+    if highest_m > ceiling_m:
+        msg = (
+            f"pattern.drape_m: {clearance_m:g} m above this ground reaches {highest_m:.0f} m above the ellipsoid; "
+            f"allowed: up to the ceiling of the aircraft, {ceiling_m:g} m"
+        )
+        raise RequestError(msg)
+
+
+def _check_parts(heights: np.ndarray, planned: Sequence[_PartHeights]) -> None:
     """Check that each part is planned at its own heights in spite of its neighbors and the ground between."""
-    for number, rows, own in planned:
-        off = float(np.abs(heights[rows] - own[rows]).max())
-        if off > (HIGH_M if heights_of[number] is None else 0.1):
+    for number, part in enumerate(planned):
+        off = float(np.abs(heights[part.rows] - part.own_m[part.rows]).max())
+        if off > (HIGH_M if part.draped else 0.1):
             msg = (
                 f"pattern.parts[{number}]: the transits beside it, which must clear the ground by the next drape_m, "
                 f"lead {off:.0f} m off its heights; allowed: a higher alt_m of the level part, or longer transits"

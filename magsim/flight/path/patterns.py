@@ -21,7 +21,7 @@ from magsim.flight.path.elements import (
 from magsim.scenario import (
     Cloverleaf,
     HeadingCross,
-    PatternBase,
+    LegPattern,
     PatternSequence,
     Square,
     SurveyPattern,
@@ -71,13 +71,13 @@ def _compass(degrees: float) -> float:
 
 
 def path_of(
-    pattern: PatternBase | PatternSequence, heading_deg: float, ground_speed_mps: float, ease_s: float
+    pattern: LegPattern | PatternSequence, heading_deg: float, ground_speed_mps: float, ease_s: float
 ) -> tuple[Element, ...]:
     """Draw a pattern, or a sequence of them, around the plane's origin.
 
     Parameters
     ----------
-    pattern : PatternBase or PatternSequence
+    pattern : LegPattern or PatternSequence
     heading_deg : float
         Course of the first leg, clockwise from north, of a pattern that sets none itself.
     ground_speed_mps : float
@@ -117,7 +117,7 @@ def path_of(
     return tuple(elements)
 
 
-def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: PathLabel, lead_m: float) -> list[Element]:
+def _draw(part: LegPattern, heading_deg: float, shape: TurnShape, base: PathLabel, lead_m: float) -> list[Element]:
     """Draw one pattern; ``base`` counts the circuits before it.
 
     ``lead_m`` is the distance that the fastest flight covers in the pattern's lead time.
@@ -148,7 +148,7 @@ def _square(part: Square, pen: _Pen, base: PathLabel) -> list[Element]:
         number = part.order[index % 4] - 1
         following = part.order[(index + 1) % 4] - 1
         heading = _compass(first + 90.0 * side * number)
-        label = PathLabel(base.circuit + index // 4 + 1, index % 4 + 1, False, heading, part=base.part, index=index)
+        label = PathLabel(base.circuit + index // 4 + 1, index % 4 + 1, False, heading, part=base.part, leg_index=index)
         pen.straight(part.leg_m, label)
         if following == (number + 1) % 4:
             pen.turn(label._replace(turn=True))
@@ -157,7 +157,7 @@ def _square(part: Square, pen: _Pen, base: PathLabel) -> list[Element]:
     return pen.elements
 
 
-def _check_leaf(part: PatternBase, shape: TurnShape, key: str) -> None:
+def _check_leaf(part: LegPattern, shape: TurnShape, key: str) -> None:
     """Check that the turns fit into the leaves; ``key`` is the pattern's in the scenario."""
     if isinstance(part, Cloverleaf) and shape.offset_m > part.leaf_m:
         msg = (
@@ -174,7 +174,7 @@ def _cloverleaf(part: Cloverleaf, origin: PathPoint, side: int, shape: TurnShape
     pen = _Pen(_before(origin, leaf), side, shape)
     for leg in range(4):
         heading = _compass(base.heading_deg + 270.0 * side * leg)
-        label = PathLabel(base.circuit + 1, leg + 1, False, heading, part=base.part, index=leg)
+        label = PathLabel(base.circuit + 1, leg + 1, False, heading, part=base.part, leg_index=leg)
         pen.straight(2.0 * leaf, label)
         if leg < 3:
             _leaf(pen, leaf - shape.offset_m, label._replace(turn=True))
@@ -196,7 +196,9 @@ def _cross(part: HeadingCross, origin: PathPoint, side: int, shape: TurnShape, b
     pen, count = _Pen(starts[0], side, shape), len(headings)
     for index in range(count * part.circuits):
         leg = index % count
-        label = PathLabel(base.circuit + index // count + 1, leg + 1, False, headings[leg], part=base.part, index=index)
+        label = PathLabel(
+            base.circuit + index // count + 1, leg + 1, False, headings[leg], part=base.part, leg_index=index
+        )
         if index:
             last = pen.elements[-1].label
             pen.to(starts[leg], last._replace(turn=True))
@@ -235,7 +237,7 @@ def _survey(
             if lead_m > 0.0:
                 elements.append(Straight(label, before, lead_m))
         heading = _compass(base.heading_deg + side * turned)
-        label = PathLabel(base.circuit + circuit, i + 1, False, heading, part=base.part, index=index)
+        label = PathLabel(base.circuit + circuit, i + 1, False, heading, part=base.part, leg_index=index)
         elements.append(Straight(label, start, length))
     return elements
 

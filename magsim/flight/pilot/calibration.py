@@ -98,7 +98,8 @@ def loop_response(facts: Facts, axes: Sequence[str], setup: PlantSetup) -> LoopR
         If the aircraft cannot fly the calibration's maneuvers there.
     """
     setup = _bare(setup)
-    common, arrays = _key(facts, setup), {}
+    common = _key(facts, setup)
+    arrays: dict[str, np.ndarray] = {}
     for axis in axes:
 
         def make(axis: str = axis) -> dict[str, np.ndarray]:

@@ -37,7 +37,8 @@ FADE_S = 3.0
 class Crossing(NamedTuple):
     """The moment at which an element of the path was entered."""
 
-    index: int
+    element: int
+    """Its index in the path."""
     time_s: float
 
 

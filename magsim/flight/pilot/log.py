@@ -58,7 +58,7 @@ class Log:
             return {"propeller": self["rotor"]}
         if engine.propeller is None:
             return {}
-        thrust, density = np.maximum(self["thrust"], 0.0), standard_density(self["alt"])
+        thrust, density = np.maximum(self["thrust"], 0.0), np.asarray(standard_density(self["alt"]))
         return {"propeller": turning_speed(engine.propeller, thrust, self["airspeed"], density)}
 
     def controls(self) -> dict[str, np.ndarray]:

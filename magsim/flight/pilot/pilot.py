@@ -27,7 +27,7 @@ from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.flight.pilot.response import LoopResponse
 from magsim.flight.pilot.trains import SineTrain, trains_of_leg
-from magsim.scenario import FlapMove, PatternBase
+from magsim.scenario import FlapMove, LegPattern
 from magsim.terrain import Ground
 from magsim.units import FT
 
@@ -58,7 +58,7 @@ class Pilot:
     log_hz : int
     response : sequence of LoopResponse
         Response of the loops in each part; the generators are commanded by its inverse.
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
         Whose maneuvers are flown on the legs, by the part that an element belongs to.
     trains : sequence of SineTrain
         Trains at given times of the plant, for calibration.
@@ -90,7 +90,7 @@ class Pilot:
         along_m: float,
         log_hz: int,
         response: Sequence[LoopResponse],
-        parts: Sequence[PatternBase] = (),
+        parts: Sequence[LegPattern] = (),
         trains: Sequence[SineTrain] = (),
         ground: Ground | None = None,
         monitor: FlightMonitor | None = None,
@@ -105,7 +105,7 @@ class Pilot:
         self.planned: list[tuple[float, float]] = []
         self.plant = Plant(facts, setup, coupled)
         highest_m = setup.alt_m if heights is None else float(heights.height_m.max())
-        most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(highest_m), LIFT_PART)
+        most_bank = bank_below_stall(facts, setup.speed_mps, float(standard_density(highest_m)), LIFT_PART)
         self.guidance = Guidance(path, facts, along_m, most_bank)
         self.trains: list[SineTrain] = list(trains)
         self._waiting: list[tuple[SineTrain, LoopResponse]] = [(train, response[0]) for train in trains]
@@ -155,7 +155,7 @@ class Pilot:
         turning, self._turned = wrap(turned - self._turned), turned
         order = guidance.step(time, motion, self._flying)
         if self._monitor is not None:
-            self._monitor_flight()
+            self._monitor_flight(self._monitor)
         self._plan_legs(guidance.crossings)
         for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
             self.plant.command(name, setting)
@@ -191,9 +191,9 @@ class Pilot:
         turned = math.atan2(east, north) - math.atan2(value("v_east"), value("v_north"))
         return wrap(turned - self._setup.grid * value("lon"))
 
-    def _monitor_flight(self) -> None:
+    def _monitor_flight(self, monitor: FlightMonitor) -> None:
         """End a flight that has gone wrong."""
-        monitor, plant, guidance = self._monitor, self.plant, self.guidance
+        plant, guidance = self.plant, self.guidance
         trouble = monitor.controls(plant.row)
         if not trouble and guidance.crossings:
             trouble = monitor.line(self.path[guidance.index], guidance.off_m)
@@ -226,7 +226,7 @@ class Pilot:
                 self._gusts.begin(zero_s, self.plant.clock_s - self.plant.time_s)
                 self.flaps.begin(zero_s)
             self._seen += 1
-            element = self.path[crossing.index]
+            element = self.path[crossing.element]
             if not element.turn:
                 self.flaps.entered(element.circuit, element.leg, crossing.time_s)
             if not self._parts or element.turn:
@@ -260,14 +260,14 @@ class Pilot:
             self._flying.append(train)
 
 
-def _trains_on(element: Element, parts: Sequence[PatternBase], setup: PlantSetup, start_s: float) -> list[SineTrain]:
+def _trains_on(element: Element, parts: Sequence[LegPattern], setup: PlantSetup, start_s: float) -> list[SineTrain]:
     """Return the trains of a leg that is entered at a time."""
     speed = ground_speed(setup.speed_mps, math.radians(element.heading_deg), setup.wind_mps)
     leg_s = element.length_m / max(1.0, speed)
     return trains_of_leg(parts[element.label.part], element.label, start_s, leg_s)
 
 
-def planned_trains(path: Sequence[Element], parts: Sequence[PatternBase], setup: PlantSetup) -> list[SineTrain]:
+def planned_trains(path: Sequence[Element], parts: Sequence[LegPattern], setup: PlantSetup) -> list[SineTrain]:
     """Return all trains of a flight along a path, each counted from the beginning of its leg."""
     return [train for leg in path if not leg.turn for train in _trains_on(leg, parts, setup, 0.0)]
 

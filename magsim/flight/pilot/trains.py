@@ -8,7 +8,7 @@ from typing import NamedTuple
 from magsim.flight.model.autopilot import AXES
 from magsim.flight.path.elements import PathLabel
 from magsim.planning import ScheduledOscillation, schedule
-from magsim.scenario import PatternBase
+from magsim.scenario import LegPattern
 
 
 class ManeuverAxis(NamedTuple):
@@ -77,9 +77,9 @@ class SineTrain:
         return time_s >= self.stop_s + self.ease_out_s
 
 
-def trains_of_leg(pattern: PatternBase, label: PathLabel, start_s: float, leg_s: float) -> list[SineTrain]:
+def trains_of_leg(pattern: LegPattern, label: PathLabel, start_s: float, leg_s: float) -> list[SineTrain]:
     """Schedule the trains of a leg that is entered at ``start_s`` and takes ``leg_s`` seconds."""
-    scheduled, _ = schedule(pattern, label.index, leg_s)
+    scheduled, _ = schedule(pattern, label.leg_index, leg_s)
     together: dict[int, list[ScheduledOscillation]] = {}
     for oscillation in scheduled:
         together.setdefault(oscillation.train, []).append(oscillation)

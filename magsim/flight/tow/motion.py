@@ -44,7 +44,30 @@ class BirdMotion:
     lost_s: float | None
 
     @classmethod
-    def of(cls, time_s: np.ndarray, table: np.ndarray, **summary: float | None) -> "BirdMotion":
+    def of(
+        cls,
+        time_s: np.ndarray,
+        table: np.ndarray,
+        *,
+        least_n: float,
+        most_n: float,
+        begun_s: float,
+        slack_s: float | None,
+        lost_s: float | None,
+    ) -> "BirdMotion":
         """Build from times (m,) and logged rows (m, 18): place, velocity, rate, quaternion, bridle, tensions."""
         place, velocity, rate, quaternion, bridle, tension = np.split(table, [3, 6, 9, 13, 16], axis=1)
-        return cls(time_s, place, velocity, quaternion, rate, bridle, tension, **summary)
+        return cls(
+            time_s,
+            place,
+            velocity,
+            quaternion,
+            rate,
+            bridle,
+            tension,
+            least_n=least_n,
+            most_n=most_n,
+            begun_s=begun_s,
+            slack_s=slack_s,
+            lost_s=lost_s,
+        )

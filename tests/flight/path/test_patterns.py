@@ -161,7 +161,7 @@ def test_sides_are_flown_in_any_order() -> None:
     legs = [element for element in path if not element.turn]
     plain = [element for element in path_of(Box(leg_m=4000.0), 0.0, 75.0, 4.0) if not element.turn]
     assert [leg.heading_deg for leg in legs] == [0.0, 180.0, 90.0, 270.0] * 2
-    assert [(leg.circuit, leg.leg, leg.label.index) for leg in legs][4:6] == [(2, 1, 4), (2, 2, 5)]
+    assert [(leg.circuit, leg.leg, leg.label.leg_index) for leg in legs][4:6] == [(2, 1, 4), (2, 2, 5)]
     for leg, side in zip(legs[:4], (plain[0], plain[2], plain[1], plain[3]), strict=True):
         np.testing.assert_allclose(leg.at(0.0)[:2], side.at(0.0)[:2], atol=1e-6)
     np.testing.assert_allclose(path[-1].at(path[-1].length_m)[:2], (0.0, 0.0), atol=1e-5)
@@ -196,7 +196,7 @@ def test_a_sequence_is_joined_by_transits() -> None:
     legs = [element for element in path if not element.turn]
     assert [leg.circuit for leg in legs] == [1] * 4 + [2] * 4 + [3] * 4 + [4] * 4 + [5]
     assert [leg.label.part for leg in legs] == [0] * 4 + [1] * 4 + [2] * 8 + [3]
-    assert [leg.label.index for leg in legs] == [*range(4), *range(4), *range(8), 0]
+    assert [leg.label.leg_index for leg in legs] == [*range(4), *range(4), *range(8), 0]
     assert [leg.heading_deg for leg in legs[:5]] == [45.0, 315.0, 225.0, 135.0, 90.0]
     transits = {element.circuit for element in path if element.label.transit}
     assert transits == {1, 2, 4}

@@ -105,7 +105,7 @@ def test_rounding_keeps_planes_and_bounds_the_bend():
 
 def test_the_plan_clears_its_target_and_keeps_its_slope():
     target = np.cumsum(stream(4, "target").normal(0.0, 4.0, 3000))
-    heights, lift = plan_heights(target, 0.04, 70.0, STEP_M)
+    heights, lift = plan_heights(target, 0.04, window_of(0.04, 70.0), STEP_M)
     assert np.min(heights - target) >= -1e-9
     assert np.abs(np.diff(heights)).max() <= 0.04 * STEP_M + 1e-9
     assert np.abs(np.diff(heights, 2)).max() / STEP_M**2 * 70.0**2 < 1.1 * VERTICAL_G * G0
@@ -113,7 +113,7 @@ def test_the_plan_clears_its_target_and_keeps_its_slope():
 
 
 def test_level_ground_gives_a_level_plan():
-    heights, lift = plan_heights(np.full(200, 321.0), 0.04, 70.0, STEP_M)
+    heights, lift = plan_heights(np.full(200, 321.0), 0.04, window_of(0.04, 70.0), STEP_M)
     np.testing.assert_allclose(heights, 321.0, atol=1e-9)
     assert lift < 1e-9
 

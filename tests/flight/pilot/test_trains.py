@@ -39,7 +39,7 @@ def test_trains_follow_each_other() -> None:
         {"axis": "roll", "amplitude_deg": 4.0, "period_s": 8.0, "cycles": 1, "rest_s": 1.0},
     ]
     box = Box(lead_s=2.0, maneuvers=trains)
-    first, second, third = trains_of_leg(box, PathLabel(1, 2, False, 90.0, index=1), 100.0, 133.0)
+    first, second, third = trains_of_leg(box, PathLabel(1, 2, False, 90.0, leg_index=1), 100.0, 133.0)
     assert (first.start_s, first.stop_s, first.amplitude_deg) == (102.0, 120.0, 8.0)
     assert (second.start_s, second.stop_s, second.period_s) == (127.0, 147.0, 10.0)
     assert (third.start_s, third.stop_s) == (151.0, 159.0)
@@ -85,7 +85,7 @@ COMBINED = {
 
 def test_a_combined_maneuver_swings_several_axes_in_their_phases() -> None:
     box = Box(lead_s=12.0, maneuvers=[COMBINED, {"axis": "yaw", "amplitude_deg": 5.0, "period_s": 5.0}])
-    pitch, roll, yaw = trains_of_leg(box, PathLabel(1, 2, False, 90.0, index=1), 100.0, 133.0)
+    pitch, roll, yaw = trains_of_leg(box, PathLabel(1, 2, False, 90.0, leg_index=1), 100.0, 133.0)
     # Two cycles of the longest period; three whole ones of the other fit, a quarter of a period late.
     assert (pitch.axis, pitch.kind, pitch.start_s, pitch.stop_s, pitch.amplitude_deg) == (
         "pitch",
@@ -104,10 +104,10 @@ def test_a_combined_maneuver_swings_several_axes_in_their_phases() -> None:
 def test_the_same_combined_maneuver_is_the_same_request_wherever_it_is_flown() -> None:
     box = Box(lead_s=12.0, maneuvers=[COMBINED])
     first, again = (
-        trains_of_leg(box, PathLabel(1, leg, False, 90.0, index=leg), at_s, 133.0)
+        trains_of_leg(box, PathLabel(1, leg, False, 90.0, leg_index=leg), at_s, 133.0)
         for leg, at_s in ((1, 0.1), (3, 777.7))
     )
-    other = trains_of_leg(box, PathLabel(1, 2, False, 90.0, index=2), 0.1, 133.0)
+    other = trains_of_leg(box, PathLabel(1, 2, False, 90.0, leg_index=2), 0.1, 133.0)
     assert first[0].maneuver == first[1].maneuver == again[0].maneuver != other[0].maneuver
     pitch, roll = first[0].maneuver
     assert (pitch.axis, pitch.lag_s, roll.axis, roll.lag_s, roll.amplitude_deg) == ("pitch", 0.0, "roll", 1.5, 4.0)
