@@ -156,8 +156,9 @@ def resident_mb() -> float:
 def memory_growth_mb(loaded: LoadedScenario, flights: int) -> float:
     """Growth of memory from the first tenth of many short flights to the last."""
     raw = loaded.scenario.model_dump(by_alias=True)
-    raw["pattern"] = {"kind": "box", "leg_m": 500.0, "lead_s": 0.0}
+    raw["pattern"] = {"kind": "straight", "leg_m": 500.0, "lead_s": 0.0}
     raw["flight"] = raw["flight"] | {"warmup_s": 30.0}
+    raw["recording"] = raw["recording"] | {"train_circuits": [1], "valid_legs": []}
     short = Scenario.model_validate(raw, context={"aircraft": loaded.aircraft})
     before = 0.0
     for count in range(1, flights + 1):

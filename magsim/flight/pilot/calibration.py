@@ -259,7 +259,7 @@ def check_reach(trains: Sequence[SineTrain], response: LoopResponse, facts: Fact
         why = {"alpha": "goes beyond the stall", "beta": "goes beyond the sideslip of the flight model"}
         msg = (
             f"pattern.maneuvers: {train.amplitude_deg:g} deg of {train.axis} in {train.period_s:g} s (leg {train.leg} "
-            f"of circuit {train.circuit}) {why.get(bound, f'needs more {bound} than there is')} at "
+            f"of circuit {train.circuit}) {why.get(bound, f'needs more {bound} than available')} at "
             f"{setup.speed_mps:g} m/s and {setup.alt_m:g} m; allowed for {facts.title}: up to "
             f"{math.floor(10.0 * largest) / 10.0:g} deg in that period{other}"
         )

@@ -18,7 +18,7 @@ from magsim.terrain import Flat, Ground
 from magsim.units import FT
 
 ScenarioOf = Callable[..., Scenario]
-LEG = {"kind": "box", "leg_m": 3000.0}
+LEG = {"kind": "straight", "leg_m": 8000.0}
 HILLS = {"kind": "fractal", "mean_m": 300.0, "relief_m": 400.0, "geoid_m": -20.0}
 
 

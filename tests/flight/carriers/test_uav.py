@@ -203,7 +203,7 @@ def test_legs_are_as_long_as_asked_and_the_circuit_closes(box: Flight) -> None:
 
 
 def test_the_step_rate_has_converged(drone: Aircraft, scenario_of: Callable[..., Scenario]) -> None:
-    pattern = {"leg_m": 3700.0, "lead_s": 5.0, "maneuvers": TRAINS}
+    pattern = {"kind": "straight", "leg_m": 3700.0, "lead_s": 5.0, "maneuvers": TRAINS}
     coarse, fine = (
         fly(scenario_of(pattern, flight={"step_hz": rate}), drone).carrier.attitude[: 100 * 60] for rate in (120, 480)
     )
