@@ -185,8 +185,8 @@ def test_position_velocity_attitude_and_rates_belong_together(box: Flight) -> No
     spin = np.einsum("nji,njk->nik", rot[inner], (rot[2:] - rot[:-2]) / step)
     rate = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1)
     assert np.abs(rate - carrier.rate_b[inner]).max() < math.radians(0.3)
-    # In the quiet before the first maneuver the differences are exact enough to tell the turning of the local frame,
-    # 1.2e-5 rad/s, from none.
+    # In the quiet before the first maneuver the differences are exact enough to see the turning of the local frame,
+    # 1.2e-5 rad/s.
     quiet = (carrier.time_s[inner] > 1.0) & (carrier.time_s[inner] < 11.0)
     assert np.abs((rate - carrier.rate_b[inner])[quiet]).max() < 5e-7
 

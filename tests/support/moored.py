@@ -29,7 +29,7 @@ rope   {diameter}  {mass_per_m}  {stiffness}  {damping}  0  {normal}  0  {tangen
 --------------------- POINTS -------------------------------------------------
 ID   Type     X   Y   Z   Mass   Volume   CdA   Ca
 (#)  (-)      (m) (m) (m) (kg)   (m^3)    (m^2) (-)
-1    CoupledChain  0   0   {top}     0       0  0       0
+1    Coupled  0   0   {top}     0       0  0       0
 2    Free     0   0   {bottom}  {mass}  0  {area}  0
 --------------------- LINES --------------------------------------------------
 ID   LineType  AttachA  AttachB  UnstrLen  NumSegs  Outputs
@@ -66,21 +66,21 @@ def silence() -> Iterator[None]:
         os.close(nowhere)
 
 
-def towed(folder: Path, line: Chain, density: float, hook_m: np.ndarray) -> np.ndarray:
+def towed(folder: Path, chain: Chain, density: float, hook_m: np.ndarray) -> np.ndarray:
     """Places of a point body under its hook, (n, 3) [m] north, east, down from the hook, at the times of ``hook_m``.
 
     Parameters
     ----------
     folder : Path
         For the files of MoorDyn.
-    line : Chain
+    chain : Chain
         With a ball; it hangs straight down at rest at the beginning.
     density : float [kg/m^3]
     hook_m : (n, 3) [m]
         Places of the hook, north, east, down, ``STEP_HZ`` times a second.
     """
-    rope, body = line.rope, line.body
-    path = folder / "line.txt"
+    rope, body = chain.rope, chain.body
+    path = folder / "chain.txt"
     text = INPUT.format(
         diameter=rope.diameter_m,
         mass_per_m=rope.mass_per_m,
@@ -93,7 +93,7 @@ def towed(folder: Path, line: Chain, density: float, hook_m: np.ndarray) -> np.n
         mass=body.mass_kg,
         area=body.drag_area_m2[0],
         length=rope.length_m,
-        links=line.links,
+        links=chain.links,
         gravity=G0,
         density=density,
     )

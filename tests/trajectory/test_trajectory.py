@@ -31,7 +31,7 @@ def test_spline_between_the_rows():
     np.testing.assert_allclose(there.alt_m, 3000.0 + np.sin(2 * np.pi * 0.3 * times), atol=1e-5)
     attitude, rate_b = attitude_at(times)
     np.testing.assert_allclose(there.attitude, attitude, atol=1e-7)
-    # The place of this path does not follow its velocity: north turns by 3e-5 rad/s less than that says.
+    # The place of this path does not follow its velocity: north turns by 3e-5 rad/s less than it would.
     np.testing.assert_allclose(there.rate_b, rate_b, atol=5e-5)
     np.testing.assert_allclose(path.at(path.time_s).attitude, path.attitude, rtol=0, atol=1e-14)
     np.testing.assert_allclose(there.velocity_n[:, 1], 70.0 + 0.5 * np.sin(2 * np.pi * 0.3 * times), atol=1e-5)

@@ -14,8 +14,8 @@ LOG_HZ = 8
 
 def mode(speed_mps: float, axis: int) -> tuple[float, float]:
     """Frequency [Hz] and damping ratio of the shipped bird about an axis: 1 pitch, 2 yaw."""
-    line = chain_of(Tow(), load_bird("bird"))
-    return strongest_mode(nudged(line, speed_mps, axis, LOG_HZ), 1.0 / LOG_HZ, above_hz=ABOVE_HZ)
+    chain = chain_of(Tow(), load_bird("bird"))
+    return strongest_mode(nudged(chain, speed_mps, axis, LOG_HZ), 1.0 / LOG_HZ, above_hz=ABOVE_HZ)
 
 
 def rows() -> list[Row]:

@@ -30,7 +30,7 @@ def test_the_airspeed_is_held_through_the_wind(box: Flight) -> None:
     np.testing.assert_allclose(np.linalg.norm(through_air(box), axis=1), SPEED_MPS, rtol=0, atol=2e-5)
     np.testing.assert_allclose(np.linalg.norm(box.wind_n, axis=1), math.hypot(5.0, 8.0), rtol=1e-6)
     assert not box.wind_n[:, 2].any()
-    # The wind is felt: over ground it is faster on some legs than on others.
+    # The wind acts: over ground it is faster on some legs than on others.
     assert np.ptp(np.linalg.norm(box.carrier.velocity_n, axis=1)) > 10.0
 
 
@@ -43,7 +43,7 @@ def test_it_heads_where_it_moves_through_the_air(box: Flight) -> None:
     assert 15.0 < crab.max() < math.degrees(math.asin(math.hypot(5.0, 8.0) / SPEED_MPS)) + 1e-6
 
 
-def test_the_pattern_is_met(box: Flight) -> None:
+def test_the_pattern_is_flown(box: Flight) -> None:
     assert [segment.turn for segment in box.segments] == [False, True] * 4
     assert box.segments[0].start_s == 0.0
     for before, after in pairwise(box.segments):

@@ -38,7 +38,7 @@ mount = "cabin"
 KINEMATIC = "helicopter is kinematic"
 
 
-def told(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+def problem_of(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(folder)
     Path("s.toml").write_text(text)
     with pytest.raises(RequestError) as caught:
@@ -98,7 +98,7 @@ def told(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_what_needs_a_flight_model_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, more: str, message: str
 ) -> None:
-    assert told(TEXT + more, tmp_path, monkeypatch) == message
+    assert problem_of(TEXT + more, tmp_path, monkeypatch) == message
 
 
 @pytest.mark.parametrize(
@@ -137,13 +137,13 @@ def test_what_needs_a_flight_model_is_refused(
 def test_what_it_cannot_fly_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, instead: str, message: str
 ) -> None:
-    assert told(TEXT.replace(line, instead), tmp_path, monkeypatch) == message
+    assert problem_of(TEXT.replace(line, instead), tmp_path, monkeypatch) == message
 
 
 def test_a_flight_model_does_not_sway(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = TEXT.replace('"helicopter"', '"c208b"').replace("28.0", "60.0").replace('"cabin"\n\n', '"cabin_center"\n\n')
     message = "s.toml:20: flight.sway: c208b is flown by a flight model; allowed: for a kinematic carrier alone"
-    assert told(text + "[flight]\nsway = { lateral_m = 1.0 }\n", tmp_path, monkeypatch) == message
+    assert problem_of(text + "[flight]\nsway = { lateral_m = 1.0 }\n", tmp_path, monkeypatch) == message
 
 
 def test_the_ground_is_not_flown_into(helicopter_scenario: ScenarioOf, helicopter: Aircraft, bird: Bird) -> None:

@@ -37,12 +37,12 @@ def test_sway_has_its_spread_and_its_band() -> None:
         assert near(edge) == pytest.approx(0.25 * near(0.07), rel=0.25)
 
 
-def test_a_flight_sways_as_it_is_asked(helicopter_scenario: ScenarioOf, helicopter: Aircraft) -> None:
+def test_a_flight_sways_by_its_settings(helicopter_scenario: ScenarioOf, helicopter: Aircraft) -> None:
     """Over 12 minutes and three seeds, across the line and in height."""
     spreads = []
     for seed in (1, 2, 3):
-        asked = {"sway": {"lateral_m": 1.5, "vertical_m": 0.25}}
-        flight = fly(helicopter_scenario(LINE | {"leg_m": 20_000.0}, seed=seed, flight=asked), helicopter)
+        settings = {"sway": {"lateral_m": 1.5, "vertical_m": 0.25}}
+        flight = fly(helicopter_scenario(LINE | {"leg_m": 20_000.0}, seed=seed, flight=settings), helicopter)
         rows = (flight.carrier.time_s > 0.0) & (flight.carrier.time_s < flight.duration_s)
         path = places(flight.carrier)[rows]
         ahead = (path[-1] - path[0]) / np.linalg.norm(path[-1] - path[0])
@@ -61,7 +61,7 @@ def test_sway_moves_across_the_line_and_leaves_the_airspeed_along_it(
     flight = fly(helicopter_scenario(LINE | {"leg_m": 3000.0}, air=WIND, flight={}), helicopter)
     along = math.sqrt(SPEED_MPS**2 - 8.0**2) + 5.0
     np.testing.assert_allclose(flight.carrier.velocity_n[:, 0], along, rtol=0, atol=1e-4)
-    # Beside it there is what the place says: the sway's own velocity.
+    # Across it, the velocity is the derivative of the sway.
     east, up = flight.carrier.velocity_n[:, 1], -flight.carrier.velocity_n[:, 2]
     path = places(flight.carrier)
     inner, to_n = slice(1, -1), rot_ne_at(flight.carrier.lat_rad, flight.carrier.lon_rad)

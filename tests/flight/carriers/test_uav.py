@@ -193,7 +193,7 @@ def test_every_amplitude_is_flown_up_to_the_limits(box: Flight) -> None:
         assert maneuver.residual_deg < 0.04 * maneuver.asked_deg + 0.1
 
 
-def test_legs_are_as_long_as_asked_and_the_circuit_closes(box: Flight) -> None:
+def test_legs_have_their_length_and_the_circuit_closes(box: Flight) -> None:
     legs = [segment for segment in box.segments if not segment.turn]
     expected = 130.0 * float(np.median(np.hypot(*box.carrier.velocity_n[:, :2].T)))
     assert [leg.heading_deg for leg in legs] == [0.0, 90.0, 180.0, 270.0]
@@ -228,7 +228,7 @@ def test_the_log_is_as_fast_as_the_aircraft_needs(
 
 
 @pytest.mark.parametrize(
-    ("pattern", "start", "told"),
+    ("pattern", "start", "message"),
     [
         ({}, {"alt_m": 3001.0}, "3001 m is above the ceiling of uav; allowed: up to 3000"),
         ({}, {"speed_mps": 75.0}, "uav cannot hold 75 m/s; allowed: 21 to 30"),
@@ -242,9 +242,9 @@ def test_the_log_is_as_fast_as_the_aircraft_needs(
     ],
 )
 def test_what_the_drone_cannot_do_is_refused(
-    scenario_of: Callable[..., Scenario], pattern: dict, start: dict, told: str
+    scenario_of: Callable[..., Scenario], pattern: dict, start: dict, message: str
 ) -> None:
-    with pytest.raises(ValidationError, match=told):
+    with pytest.raises(ValidationError, match=message):
         scenario_of(pattern, start=start)
 
 

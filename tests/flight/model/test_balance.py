@@ -58,7 +58,7 @@ def test_a_load_farther_aft_needs_less_tail_down(cessna: Aircraft) -> None:
 
 
 @pytest.mark.parametrize(
-    ("payload", "fuel", "aft", "told"),
+    ("payload", "fuel", "aft", "message"),
     [
         (1500.0, None, 0.0, r"weighs 4164 kg with it; allowed: up to 3969, that is 195 kg less"),
         (None, 1200.0, 0.0, r"1200 kg of fuel; allowed: up to 1009"),
@@ -68,9 +68,9 @@ def test_a_load_farther_aft_needs_less_tail_down(cessna: Aircraft) -> None:
     ],
 )
 def test_loads_outside_the_limits_are_refused(
-    cessna: Aircraft, payload: float | None, fuel: float | None, aft: float, told: str
+    cessna: Aircraft, payload: float | None, fuel: float | None, aft: float, message: str
 ) -> None:
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         cessna.facts.loaded(payload, fuel, aft)
 
 
@@ -115,7 +115,7 @@ def test_flaps_are_flown_and_recorded(cessna: Aircraft, scenario_of: Callable[..
 
 
 @pytest.mark.parametrize(
-    ("override", "told"),
+    ("override", "message"),
     [
         ("start.flap_deg=35", "35 is beyond the travel of c208b; allowed: 0 to 30"),
         ("start.flap_deg=30", "30 deg of flap at 75 m/s, 64.6 m/s indicated; allowed at this deflection: up to 64.3"),
@@ -123,8 +123,8 @@ def test_flaps_are_flown_and_recorded(cessna: Aircraft, scenario_of: Callable[..
         ("loading.payload_kg=1500", "loading: Cessna 208B Grand Caravan weighs 4164 kg"),
     ],
 )
-def test_a_scenario_is_held_to_the_limits(override: str, told: str) -> None:
-    with pytest.raises(RequestError, match=told):
+def test_a_scenario_is_held_to_the_limits(override: str, message: str) -> None:
+    with pytest.raises(RequestError, match=message):
         load_scenario("calibration_c208b", (override,))
 
 

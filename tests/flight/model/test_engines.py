@@ -89,7 +89,7 @@ def test_a_plant_begins_in_quiet_flight(cessna: Aircraft, alt_m: float, speed_mp
     assert rpm == pytest.approx(1900.0, abs=1.0)
 
 
-def test_a_plant_begins_where_it_was_asked_to(cessna: Aircraft) -> None:
+def test_a_plant_begins_at_its_setup(cessna: Aircraft) -> None:
     plant = Plant(cessna.facts, SETUP)
     assert plant.value("lat") == pytest.approx(0.3, abs=2e-6)  # 13 m
     assert plant.value("lon") == pytest.approx(2.0, abs=2e-6)

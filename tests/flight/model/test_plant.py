@@ -103,7 +103,7 @@ def test_actuators_have_a_rate_limit_and_stops(cessna: Aircraft) -> None:
 
 
 @pytest.mark.parametrize("course_deg", [0.0, 75.0, 200.0])
-def test_wind_is_met_from_the_first_moment(cessna: Aircraft, course_deg: float) -> None:
+def test_wind_acts_from_the_first_moment(cessna: Aircraft, course_deg: float) -> None:
     wind = (-6.0, 14.0)
     setup = PlantSetup(0.3, 2.0, 3000.0, math.radians(course_deg), 75.0, wind_mps=wind)
     plant = Plant(cessna.facts, setup)
@@ -161,7 +161,7 @@ def test_generators_give_the_sine_that_is_planned(cessna: Aircraft) -> None:
     assert largest == pytest.approx(math.radians(6.0), rel=1e-3)
 
 
-def test_no_trim_is_told(cessna: Aircraft) -> None:
+def test_no_trim_is_reported(cessna: Aircraft) -> None:
     with pytest.raises(RequestError, match=r"start.speed_mps: .* no straight and level flight at 40 m/s and 3000 m"):
         trim(cessna.facts, PlantSetup(0.0, 0.0, 3000.0, 0.0, 40.0))
 

@@ -1,4 +1,4 @@
-"""How fast the propeller turns, as the flight tells it."""
+"""Speed of the propeller in the log."""
 
 import numpy as np
 import pytest

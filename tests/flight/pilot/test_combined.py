@@ -73,12 +73,12 @@ def test_the_inverse_of_a_coupled_plant_is_found(combination: ManeuverKey) -> No
     trains = trains_of_maneuver(combination, 100.0)
     time = np.arange(100.0, 130.0, 0.05)
     command = commands(trains, drives, time)
-    asked = {s.axis: math.radians(s.amplitude_deg) * np.sin(s.omega * (time - s.start_s)) for s in trains}
-    if "pitch" in asked:
-        np.testing.assert_allclose(command["pitch"], asked["pitch"] / OWN["pitch"], atol=math.radians(0.05))
+    wanted = {s.axis: math.radians(s.amplitude_deg) * np.sin(s.omega * (time - s.start_s)) for s in trains}
+    if "pitch" in wanted:
+        np.testing.assert_allclose(command["pitch"], wanted["pitch"] / OWN["pitch"], atol=math.radians(0.05))
     # Both commands by the inverse of the plant's matrix.
     matrix = np.array([[OWN["roll"], COUPLING["roll"][1]], [COUPLING["yaw"][1], OWN["yaw"]]])
-    exact = np.linalg.solve(matrix, np.stack([asked["roll"], asked["yaw"]]))
+    exact = np.linalg.solve(matrix, np.stack([wanted["roll"], wanted["yaw"]]))
     np.testing.assert_allclose(command["roll"], exact[0], atol=math.radians(0.05))
     np.testing.assert_allclose(command["yaw"], exact[1], atol=math.radians(0.05))
 

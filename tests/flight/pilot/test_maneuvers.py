@@ -79,7 +79,7 @@ def test_combined_maneuvers_are_flown_as_commanded(aircraft: str, names: tuple[s
         (
             {"axis": "roll", "amplitude_deg": 25.0, "period_s": 3.0},
             {"speed_mps": 65.0},
-    # Here the loops do not respond in proportion: calibrated by smaller amplitudes they miss by 0.25 to 0.4 deg.
+            r"25 deg of roll in 3 s .* more aileron than available at 65 m/s .* to 21(\.\d)? deg .* of 3\.\d s",
         ),
     ],
 )

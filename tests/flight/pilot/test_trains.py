@@ -117,7 +117,7 @@ def test_the_same_combined_maneuver_is_the_same_request_wherever_it_is_flown() -
         assert mine.angle(55.5) == pytest.approx(theirs.angle(5.5 + first[0].start_s))
 
 
-def test_the_largest_amplitude_is_told_with_its_reason() -> None:
+def test_the_largest_amplitude_is_reported_with_its_reason() -> None:
     period = np.array([3.0, 6.0, 12.0])
     response = LoopResponse(
         period,
