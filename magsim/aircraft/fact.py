@@ -1,7 +1,7 @@
 """A number with its unit and where it comes from: what facts of all kinds are made of.
 
 A fact is an inline table ``{ value = 15.87, unit = "m", source = "..." }``. A source that begins with ``estimate``
-says that the number is ours. Values are SI with angles in radians, but for limits that face the user, which are in
+marks a number of our own. Values are SI with angles in radians, but for limits that face the user, which are in
 degrees.
 """
 
@@ -77,7 +77,7 @@ AnyFact = Fact | VectorFact | RangeFact
 
 
 def in_unit(unit: str, *, positive: bool = False) -> Callable[[AnyFact], AnyFact]:
-    """Validator: a fact must be given in this unit."""
+    """Return a validator that refuses facts in another unit."""
 
     def check(fact: AnyFact) -> AnyFact:
         if fact.unit != unit:

@@ -69,7 +69,7 @@ Terrain = Annotated[FlatTerrain | FractalTerrain | GridTerrain, Discriminator("k
 
 
 def ground_of(terrain: Terrain | None, start: Start, seed: int, folder: Path | None) -> Ground | None:
-    """The ground that the settings mean.
+    """Return the ground that the settings describe.
 
     Parameters
     ----------

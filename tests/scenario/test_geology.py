@@ -91,12 +91,15 @@ TARGETS = "field.targets[1]"
         (["field.crust.longest_m=1000.0", "field.crust.shortest_m=2000.0"], "1000 is not above shortest_m = 2000"),
         ([f"{TARGETS}.name='dike'"], "'dike' is the name of another target, too"),
         ([f"{TARGETS}.kind='cube'"], "allowed: 'dipole', 'prism', 'sphere'"),
-        ([f"{TARGETS}.lat_deg=52.0"], "told twice or not wholly; allowed: either lat_deg and lon_deg, or north_m and"),
+        (
+            [f"{TARGETS}.lat_deg=52.0"],
+            "given twice or only in part; allowed: either lat_deg and lon_deg, or north_m and",
+        ),
         (["field.targets[0].susceptibility=3.0"], "susceptibility: 3 is not allowed"),
         (["field.targets[0].susceptibility=0.0", "field.targets[0].remanence_apm=[0.0, 0.0, 0.0]"], "is not magnetic"),
         (["sensors.base.delay_s=5.0"], "sensors.base.delay_s: 5 is not allowed"),
         (["sensors.base.rate_hz=0.1"], "sensors.base.rate_hz: 0.1 is not allowed"),
-        (["sensors.base.north_m=5.0"], "told twice or not wholly"),
+        (["sensors.base.north_m=5.0"], "given twice or only in part"),
         (["field.variation.drift_s=0.0"], "field.variation.drift_s: 0 is not allowed"),
     ],
 )
@@ -108,7 +111,7 @@ def test_a_target_without_a_place_is_refused(tmp_path):
     text = (ROOT / "scenarios" / "geology_c208b.toml").read_text()
     path = tmp_path / "nowhere.toml"
     path.write_text("\n".join(row for row in text.split("\n") if not row.startswith(("north_m = 4", "east_m = 1_470"))))
-    with pytest.raises(RequestError, match="no place is told; allowed: either lat_deg and lon_deg"):
+    with pytest.raises(RequestError, match="has no place; allowed: either lat_deg and lon_deg"):
         load_scenario(path)
 
 

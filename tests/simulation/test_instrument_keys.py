@@ -12,7 +12,7 @@ import pytest
 from magsim import scenario
 from magsim.simulation import record
 from magsim.terrain import Flat, Ground
-from tests.simulation.test_simulation import flight, loaded, truth
+from tests.support.measured import flight, loaded, truth
 
 SCALAR = {
     "name": "cabin",

@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from magsim.aircraft.facts import DirectEngine, Engine, Facts, FixedPropeller, TurbopropEngine
+from magsim.aircraft.engine import DirectEngine, Engine, FixedPropeller, TurbopropEngine
+from magsim.aircraft.facts import Facts
 from magsim.flight.model.propeller import ADVANCE, PITCH_DEG, governed_thrust, tables
 from magsim.units import FT, HP, LB, LBF, RHO0, SLUG_FT2, SLUG_FT3
 

@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from magsim.aircraft.facts import Propeller
+from magsim.aircraft.engine import Propeller
 
 STATIONS = 24
 """Blade elements from hub to tip."""

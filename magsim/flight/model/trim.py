@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import jsbsim
 
-from magsim.aircraft.facts import Facts, TurbopropEngine
+from magsim.aircraft.engine import TurbopropEngine
+from magsim.aircraft.facts import Facts
 from magsim.errors import RequestError
 from magsim.flight.model.aero import flap_lift
 from magsim.flight.model.engines import lever_of

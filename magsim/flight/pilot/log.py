@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.aircraft.facts import Engine, TurbopropEngine
+from magsim.aircraft.engine import Engine, TurbopropEngine
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import transport_rate
 from magsim.flight.model.channels import COLUMN

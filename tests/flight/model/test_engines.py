@@ -6,7 +6,7 @@ import jsbsim
 import pytest
 
 from magsim.aircraft import Aircraft, Facts
-from magsim.aircraft.facts import DirectEngine
+from magsim.aircraft.engine import DirectEngine
 from magsim.flight.model.engines import available_power, available_thrust, lever_of
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.setup import PlantSetup

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import load_aircraft
-from magsim.aircraft.facts import FixedPropeller
+from magsim.aircraft.engine import FixedPropeller
 from magsim.flight.model.channels import TO_SI
 from magsim.flight.model.engines import turning_speed
 from magsim.flight.model.plant import Plant
