@@ -7,6 +7,7 @@ with the propeller's thrust, fuel flow and stall from flights of the turboprop i
 import math
 import sys
 from dataclasses import replace
+from functools import cache
 
 from scipy.optimize import minimize_scalar
 
@@ -61,6 +62,7 @@ def excess_thrust(facts: Facts, alt_m: float, speed_mps: float) -> float:
     return available_thrust(facts.engine, speed_mps, standard_density(alt_m)) - needed
 
 
+@cache
 def climb_rate(facts: Facts, alt_m: float) -> tuple[float, float]:
     """Best rate of climb [m/s] and its true airspeed [m/s]: excess power over weight."""
 
@@ -72,6 +74,7 @@ def climb_rate(facts: Facts, alt_m: float) -> tuple[float, float]:
     return -float(best.fun), float(best.x)
 
 
+@cache
 def top_speed(facts: Facts, alt_m: float) -> float:
     """True airspeed of level flight with the lever forward [m/s]: the fastest one that can be trimmed."""
     low, high = 70.0, 120.0
@@ -85,6 +88,7 @@ def top_speed(facts: Facts, alt_m: float) -> float:
     return low
 
 
+@cache
 def ceiling(facts: Facts) -> float:
     """Height [m] at which the best rate of climb is 100 ft/min."""
     low, high = 3000.0, 10000.0
@@ -94,6 +98,7 @@ def ceiling(facts: Facts) -> float:
     return low
 
 
+@cache
 def fuel_flow(facts: Facts, alt_m: float, speed_mps: float) -> float:
     """Fuel flow of level flight [kg/s], the turboprop settled."""
     fdm = start(facts, replace(still(alt_m, speed_mps), burn=True))
@@ -103,6 +108,7 @@ def fuel_flow(facts: Facts, alt_m: float, speed_mps: float) -> float:
     return (before - fdm["propulsion/total-fuel-lbs"]) * LB / 20.0
 
 
+@cache
 def stall_speed(facts: Facts, flap_deg: float) -> float:
     """Lowest equivalent airspeed [m/s] while the lever is back and the height is held until the lift is lost."""
     speed = 50.0 if flap_deg == 0.0 else 43.0
