@@ -9,7 +9,7 @@ everything magnetic and the mounts (``Magnetics``). Each number has a unit and a
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -20,6 +20,7 @@ from magsim.aircraft.bird import BirdFacts
 from magsim.aircraft.facts import Facts, Limits
 from magsim.aircraft.kinematic import KinematicFacts, KinematicLimits
 from magsim.aircraft.magnetics import Magnetics, MeshPart
+from magsim.config.document import read_text
 from magsim.errors import RequestError
 
 __all__ = [
@@ -129,10 +130,10 @@ def load_bird(name_or_path: str | Path, base: Path | None = None) -> Bird:
 def _facts_model(path: Path) -> type[Facts | KinematicFacts]:
     """Return the model of a ``facts.toml``: that of a kinematic carrier where its ``kind`` names one."""
     try:
-        kind = config.read(path).table.get("kind")
+        kinematic = _is_kinematic(read_text(path, str(path)), str(path))
     except RequestError:
         return Facts  # reported when the whole file is read
-    return Facts if kind is None else KinematicFacts
+    return KinematicFacts if kinematic else Facts
 
 
 @dataclass(frozen=True)
@@ -163,9 +164,23 @@ def _read(folder: Path, names: tuple[str, str], model: type[F]) -> _FolderRead[F
 def _file(path: Path, model: type[F]) -> tuple[F | None, str]:
     """Return the settings of a file, or its problems."""
     try:
-        return config.load(path, model), ""
+        settings = _settings(read_text(path, str(path)), str(path), model)
     except RequestError as error:
         return None, str(error)
+    assert isinstance(settings, model)
+    return settings, ""
+
+
+@lru_cache(maxsize=32)
+def _settings(text: str, source: str, model: type[BaseModel]) -> BaseModel:
+    """Return the settings of a text; the text of a file that has not changed is read and checked once."""
+    return config.load(text, model, source=source)
+
+
+@lru_cache(maxsize=16)
+def _is_kinematic(text: str, source: str) -> bool:
+    """Return whether the text of a ``facts.toml`` names a kind of carrier."""
+    return config.parse(text, source=source).table.get("kind") is not None
 
 
 def mesh_files(folder: Path, magnetics: Magnetics) -> dict[str, bytes]:

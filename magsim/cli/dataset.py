@@ -51,8 +51,8 @@ def build(  # noqa: PLR0917 - the options
     progress = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))
     loaded = generation.load_recipe(name)
     target = output or Path("data") / loaded.name
-    verdict = generation.build(loaded, target, jobs=jobs, force=force, renew=renew, progress=progress)
-    click.echo(f"{target}: {verdict.text}")
+    agreement = generation.build(loaded, target, jobs=jobs, force=force, renew=renew, progress=progress)
+    click.echo(f"{target}: {agreement.text}")
 
 
 @dataset.command(short_help="Check an existing data set.")
@@ -70,5 +70,5 @@ def check(folder: Path, recipe: str | None) -> None:
     name = Dataset(folder).manifest.dataset
     known = name in assets.list_datasets()
     place = assets.dataset_dir(recipe or name) if recipe or known else None
-    verdict = check_folder(folder, reference_of(name, place))
-    click.echo(f"{folder}: {verdict.text}")
+    agreement = check_folder(folder, reference_of(name, place))
+    click.echo(f"{folder}: {agreement.text}")

@@ -32,7 +32,7 @@ def test_they_are_listed(capsys):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_manifests_are_of_the_recipes_scenarios_and_aircraft_of_now(name):
+def test_manifests_are_of_the_present_recipes_scenarios_and_aircraft(name):
     loaded = load_recipe(name)
     reference = Reference.read(loaded.folder)
     check_recipe(loaded, reference)
@@ -44,7 +44,7 @@ def test_manifests_are_of_the_recipes_scenarios_and_aircraft_of_now(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_written_from_recipe_and_manifest_is_what_lies_there(name):
+def test_descriptions_are_those_of_recipe_and_manifest(name):
     loaded = load_recipe(name)
     manifest, table = read_manifest(loaded.folder / MANIFEST), statistics.read(loaded.folder / STATISTICS)
     for file, text in describe(loaded, manifest, table).items():
@@ -107,8 +107,8 @@ def test_croissant_is_read_by_mlcroissant(name):
     assert files == {entry.name: entry.sha256 for entry in manifest.files} | {STATISTICS: digest}
     splits = {record["splits/name"]: record["splits/code"] for record in dataset.records("splits")}
     assert splits == {word: code for code, word in columns.SPLITS.items()}
-    told = {record["flights/name"]: record["flights/test_rows"] for record in dataset.records("flights")}
-    assert told == {flight.name: flight.splits.get("test", 0) for flight in manifest.flights.values()}
+    flights = {record["flights/name"]: record["flights/test_rows"] for record in dataset.records("flights")}
+    assert flights == {flight.name: flight.splits.get("test", 0) for flight in manifest.flights.values()}
     (rows,) = (record_set for record_set in metadata.record_sets if record_set.id == "rows")
     fields = {field.name for field in rows.fields}
     assert fields == {columns.TIME, *(column for _, _, column in statistics.read(folder / STATISTICS))}
