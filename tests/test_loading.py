@@ -47,7 +47,7 @@ def test_every_mistake_in_one_pass_aircraft_limits_included(write):
     ]
 
 
-def test_an_unknown_aircraft_is_told_with_everything_else(write):
+def test_an_unknown_aircraft_is_reported_with_everything_else(write):
     text = GOOD.replace('"c208b"', '"c208"').replace("seed = 1", "seed = -1")
     first, second = problems(write(text))
     assert first == "s.toml:2: seed: -1 is not allowed; allowed: a whole number of 0 or more, below 9223372036854775808"
@@ -81,7 +81,7 @@ def test_an_own_aircraft_lies_where_the_scenario_does(own, tmp_path, monkeypatch
     assert load_scenario(own, ["aircraft=away/mine"]).digest != loaded.digest
 
 
-def test_what_is_wrong_with_an_own_aircraft_is_told_with_everything_else(own):
+def test_what_is_wrong_with_an_own_aircraft_is_reported_with_everything_else(own):
     path = Path("mine/magnetics.toml")
     path.write_text(re.sub(r"mu_r = [\d.]+", "mu_r = 0.5", path.read_text(), count=1))
     Path("mine/facts.toml").unlink()

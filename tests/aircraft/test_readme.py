@@ -48,5 +48,5 @@ def test_modes_are_those_of_the_linearization():
 
 
 def test_level_of_the_calibration_flight(calibration):
-    said = float(re.search(r"center sees ([\d.]+) nT in 0\.1-0\.6 Hz", page())[1])
-    assert abs(metrics.band_std(calibration["interference_cabin_nt"], calibration.rate_hz) - said) < 0.06
+    printed = float(re.search(r"center sees ([\d.]+) nT in 0\.1-0\.6 Hz", page())[1])
+    assert abs(metrics.band_std(calibration["interference_cabin_nt"], calibration.rate_hz) - printed) < 0.06

@@ -17,7 +17,7 @@ def test_a_good_file_becomes_frozen_settings():
         plan.seed = 4
 
 
-def test_every_mistake_is_told_in_one_pass_in_the_order_of_the_file():
+def test_every_mistake_is_reported_in_one_pass_in_the_order_of_the_file():
     text = """\
 axis = "pich"
 lat_deg = 95

@@ -70,7 +70,7 @@ def test_an_override_cannot_smuggle_other_keys():
     ]
 
 
-def test_overrides_and_a_broken_text_are_told_together():
+def test_overrides_and_a_broken_text_are_reported_together():
     assert problems("seed = ", overrides=["x"]) == [
         "p.toml:1: is not TOML: Invalid value at the end of the file",
         "--set x: is not of the form key.path=value, for example start.alt_m=2500",

@@ -1,4 +1,4 @@
-"""What is told when a tow cannot be: mistakes of the scenario, and what only the flight finds."""
+"""Errors of impossible tows: mistakes of the scenario, and those that only the flight finds."""
 
 import re
 from pathlib import Path
@@ -93,7 +93,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ),
     ],
 )
-def test_mistakes_are_told_with_file_and_line(here: Path, change: tuple[str, str], message: str) -> None:
+def test_mistakes_are_reported_with_file_and_line(here: Path, change: tuple[str, str], message: str) -> None:
     assert change[0] in TEXT
     Path("s.toml").write_text(TEXT.replace(*change))
     with pytest.raises(RequestError) as caught:
@@ -157,7 +157,7 @@ mount = "sgl_mag_1"
         ),
     ],
 )
-def test_what_a_cessna_cannot_tow_is_told(here: Path, text: str, message: str) -> None:
+def test_what_a_cessna_cannot_tow_is_reported(here: Path, text: str, message: str) -> None:
     Path("s.toml").write_text(text)
     with pytest.raises(RequestError) as caught:
         load_scenario("s.toml")
@@ -223,9 +223,9 @@ def test_failures_are_plain_lines_and_leave_nothing(
     here: Path, capsys: pytest.CaptureFixture[str], args: tuple[str, ...], code: int, error: str
 ) -> None:
     assert cli.main(["generate", "s.toml", "-q", *args]) == code
-    said = capsys.readouterr()
-    assert re.fullmatch(error, said.err), said.err
-    assert said.out == ""
+    output = capsys.readouterr()
+    assert re.fullmatch(error, output.err), output.err
+    assert output.out == ""
     assert [path.name for path in here.iterdir()] == ["s.toml"]
     assert Path("s.toml").read_text() == TEXT
 

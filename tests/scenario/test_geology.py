@@ -65,17 +65,17 @@ def test_base_station_takes_the_variation_off(line):
     assert np.std(left) < 0.2 * np.std(variation)
 
 
-def told(*overrides: str) -> str:
+def error_of(*overrides: str) -> str:
     with pytest.raises(RequestError) as caught:
         load_scenario("geology_c208b", overrides)
     return str(caught.value)
 
 
 def test_too_long_a_shortest_wavelength_is_refused_with_the_number():
-    message = told("field.crust.shortest_m=150.0")
+    message = error_of("field.crust.shortest_m=150.0")
     assert "field.crust.shortest_m: 150 m leaves the top of the compensation band, 0.6 Hz, without geology" in message
     assert "70 m/s; allowed: up to 116.7, or with allow_smooth = true" in message
-    windy = told("field.crust.shortest_m=116.0", "air.wind_north_mps=-10.0")
+    windy = error_of("field.crust.shortest_m=116.0", "air.wind_north_mps=-10.0")
     assert "60 m/s; allowed: up to 100, or" in windy
     load_scenario("geology_c208b", ["field.crust.shortest_m=150.0", "field.crust.allow_smooth=true"])
     load_scenario("geology_c208b", ["field.crust.shortest_m=116.0"])
@@ -103,8 +103,8 @@ TARGETS = "field.targets[1]"
         (["field.variation.drift_s=0.0"], "field.variation.drift_s: 0 is not allowed"),
     ],
 )
-def test_wrong_settings_are_told(overrides, wanted):
-    assert wanted in told(*overrides)
+def test_wrong_settings_are_reported(overrides, wanted):
+    assert wanted in error_of(*overrides)
 
 
 def test_a_target_without_a_place_is_refused(tmp_path):

@@ -101,7 +101,7 @@ def test_impossible_values(write, override, text):
     assert text in line
 
 
-def test_the_kind_of_the_ground_is_told(write):
+def test_the_kind_of_the_ground_is_reported(write):
     (line,) = problems(write(GOOD + '\n[terrain]\nkind = "flatt"\n'))
     assert line.endswith("'flatt' is not allowed; allowed: 'flat', 'fractal', 'grid' (did you mean 'flat'?)")
     (line,) = problems(write(GOOD + '\n[terrain]\nkind = "flat"\nmean_m = 5.0\n'))

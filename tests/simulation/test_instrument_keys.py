@@ -170,8 +170,8 @@ def recorded(*, scalar=None, fluxgate=None, **tables):
     radar = scenario.Radar(**sensors.pop("radar"))
     whole = loaded([SCALAR | (scalar or {}), {"name": "tail", "mount": "stinger"}], sensors=sensors)
     # A scenario with a radar would ask for terrain.
-    heard = whole.scenario.sensors.model_copy(update={"radar": radar})
-    flying = whole.scenario.model_copy(update={"sensors": heard})
+    with_radar = whole.scenario.sensors.model_copy(update={"radar": radar})
+    flying = whole.scenario.model_copy(update={"sensors": with_radar})
     return record(replace(whole, ground=ground, scenario=flying), flown, {"carrier": field}).data
 
 

@@ -156,7 +156,7 @@ def test_other_rates(rate):
     assert other.rate_hz == pytest.approx(rate)
 
 
-def test_a_value_that_is_not_finite_is_told():
+def test_a_value_that_is_not_finite_is_reported():
     broken = truth()
     induced = np.array(broken.parts_b["induced"])
     induced[360 + 1200 :, 1, 2] = np.nan
