@@ -139,7 +139,7 @@ def crafted(folder: Path) -> dict[str, Path]:
 
 
 def mutate(data: bytes, rng: np.random.Generator) -> bytes:
-    """Return a copy with 1 to 8 changed bytes, mostly in the structure; a third without, a third with a new checksum."""
+    """Return a copy with 1 to 8 changed bytes, mostly structure; a third without, a third with a new checksum."""
     body = bytearray(data[:-CHECKSUM_BYTES])
     kind = int(rng.integers(3))
     structure = np.flatnonzero(np.frombuffer(bytes(body), np.uint8))
