@@ -15,7 +15,7 @@ from magsim.aircraft import Facts, load_aircraft
 from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
 from magsim.flight.model.engines import available_thrust
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.model.trim import trimmed_twin
 from magsim.units import FT, G0, LB, LBF, RHO0
@@ -40,9 +40,9 @@ DIRTY = "61 (findaircraft.com; twinandturbine.com, December 2011)"
 CRUISE_FT = (0.0, 5000.0, 10000.0, 15000.0, 20000.0)
 
 
-def still(alt_m: float, speed_mps: float, flap_deg: float = 0.0) -> Setup:
+def still(alt_m: float, speed_mps: float, flap_deg: float = 0.0) -> PlantSetup:
     """North over the equator, without wind."""
-    return Setup(0.0, 0.0, alt_m, 0.0, speed_mps, flap_rad=math.radians(flap_deg))
+    return PlantSetup(0.0, 0.0, alt_m, 0.0, speed_mps, flap_rad=math.radians(flap_deg))
 
 
 def maximum_load(facts: Facts) -> Facts:

@@ -1,4 +1,4 @@
-"""The equilibrium that a line begins in: which one is taken, and where there is none."""
+"""The equilibrium of a chain: which one is taken, and cases without one."""
 
 import math
 from dataclasses import replace
@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.flight.tow import dynamics as chain
-from magsim.flight.tow.chain import Line, Rope
-from magsim.flight.tow.equilibrium import steady
+from magsim.flight.tow import dynamics
+from magsim.flight.tow.chain import Chain, Rope
+from magsim.flight.tow.equilibrium import find_equilibrium
 from magsim.units import G0
-from tests.support.ropes import AIR, BIRD, ROPE, air_of, bird_line, point_line
+from tests.support.ropes import AIR, BIRD, ROPE, air_of, bird_chain, point_chain
 from tests.support.tows import at_rest
 
 
 def test_in_still_air_it_hangs_straight_down_from_its_bridle() -> None:
     """The bridle stands above the center of gravity: a tangent of 0.15 m over 0.22 m; the pulls are weights."""
-    found = steady(bird_line(), 1.0, 0.0)
+    found = find_equilibrium(bird_chain(), 1.0, 0.0)
     assert found is not None
     assert math.tan(found.pitch) == pytest.approx(0.15 / 0.22, rel=1e-9)
     np.testing.assert_allclose(found.links, np.tile([0.0, 1.0], (10, 1)), atol=1e-12)
@@ -29,7 +29,10 @@ def test_in_still_air_it_hangs_straight_down_from_its_bridle() -> None:
 
 def test_pulls_are_proportional_to_gravity_and_its_balance_to_the_speed() -> None:
     """Air forces go with the density and the square of the speed: what gravity over both leaves equal hangs equally."""
-    one, other = steady(bird_line(), 30.0, AIR, G0), steady(bird_line(), 60.0, 0.5 * AIR, 2.0 * G0)
+    one, other = (
+        find_equilibrium(bird_chain(), 30.0, AIR, G0),
+        find_equilibrium(bird_chain(), 60.0, 0.5 * AIR, 2.0 * G0),
+    )
     assert one is not None
     assert other is not None
     assert other.pitch == pytest.approx(one.pitch, abs=1e-12)
@@ -40,16 +43,16 @@ def test_pulls_are_proportional_to_gravity_and_its_balance_to_the_speed() -> Non
 def test_a_bird_that_the_air_turns_over_has_none() -> None:
     """Without fins, tied at its center of gravity: the moment of its slender body has nothing against it."""
     bare = replace(BIRD, fin_area_m2=0.0, bridle_m=(0.0, 0.0, 0.0))
-    assert steady(Line(ROPE, bare), 60.0, AIR) is None
-    assert steady(Line(ROPE, replace(BIRD, bridle_m=(0.0, 0.0, 0.0))), 60.0, AIR) is not None
+    assert find_equilibrium(Chain(ROPE, bare), 60.0, AIR) is None
+    assert find_equilibrium(Chain(ROPE, replace(BIRD, bridle_m=(0.0, 0.0, 0.0))), 60.0, AIR) is not None
 
 
 def test_a_ball_keeps_its_attitude_and_a_light_one_lies_flat() -> None:
-    found = steady(point_line(), 40.0, AIR)
+    found = find_equilibrium(point_chain(), 40.0, AIR)
     assert found is not None
     assert found.pitch == 0.0
     assert found.upright
-    light = steady(point_line(0.05, 1.0), 70.0, AIR)
+    light = find_equilibrium(point_chain(0.05, 1.0), 70.0, AIR)
     assert light is not None
     assert math.degrees(light.trail) > 80.0
 
@@ -57,7 +60,7 @@ def test_a_ball_keeps_its_attitude_and_a_light_one_lies_flat() -> None:
 def test_a_bird_that_flies_higher_than_its_hook_is_not_upright() -> None:
     """Very light, tied far ahead: its lift carries it up."""
     kite = replace(BIRD, mass_kg=3.0, inertia_kgm2=(0.06, 1.7, 1.7), bridle_m=(0.0, 0.0, 0.3))
-    found = steady(Line(ROPE, kite), 60.0, AIR)
+    found = find_equilibrium(Chain(ROPE, kite), 60.0, AIR)
     assert found is not None
     assert not found.upright
 
@@ -76,10 +79,10 @@ def test_a_rope_with_more_drag_than_its_body_weighs_is_at_rest_too(
 ) -> None:
     """By the equations of motion, which know nothing of how it was found."""
     inertia = tuple(mass_kg / 80.0 * value for value in BIRD.inertia_kgm2)
-    line = Line(rope, replace(BIRD, mass_kg=mass_kg, inertia_kgm2=inertia), links)
-    slope, tension = np.empty(line.size), np.empty(links)
-    chain.found(line.numbers, at_rest(line, speed_mps), air_of(speed_mps), slope, tension)
+    chain = Chain(rope, replace(BIRD, mass_kg=mass_kg, inertia_kgm2=inertia), links)
+    slope, tension = np.empty(chain.size), np.empty(links)
+    dynamics.state_derivative(chain.constants, at_rest(chain, speed_mps), air_of(speed_mps), slope, tension)
     assert np.abs(slope).max() < 1e-9
-    found = steady(line, speed_mps, AIR)
+    found = find_equilibrium(chain, speed_mps, AIR)
     assert found is not None
     np.testing.assert_allclose(tension, found.tension_n, rtol=1e-9)
