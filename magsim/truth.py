@@ -66,19 +66,19 @@ class FieldTruth:
         return float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
 
     def part(self, name: str, mount: str) -> np.ndarray:
-        """One part at one mount, (n, 3) [nT]."""
+        """Return one part at one mount, (n, 3) [nT]."""
         return self.parts_b[name][:, self.mounts.index(mount)]
 
     def background(self, mount: str) -> np.ndarray:
-        """The field at one mount without the aircraft, (n, 3) [nT]: the sum of the background parts."""
+        """Return the field at one mount without the aircraft, (n, 3) [nT]: the sum of the background parts."""
         return self._sum(columns.BACKGROUND, mount)
 
     def platform(self, mount: str) -> np.ndarray:
-        """The aircraft's own field at one mount, (n, 3) [nT]: the sum of the platform's parts."""
+        """Return the aircraft's own field at one mount, (n, 3) [nT]: the sum of the platform's parts."""
         return self._sum(columns.PLATFORM, mount)
 
     def total(self, mount: str) -> np.ndarray:
-        """The whole field at one mount, (n, 3) [nT]: the exact vector sum."""
+        """Return the whole field at one mount, (n, 3) [nT]: the exact vector sum."""
         return self.background(mount) + self.platform(mount)
 
     def _sum(self, names: tuple[str, ...], mount: str) -> np.ndarray:

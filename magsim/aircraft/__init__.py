@@ -1,16 +1,17 @@
 """An aircraft or a towed bird as its folder describes it: facts of flight, magnetic parts, mounts, limits.
 
 The folder is shipped, ``aircraft/<name>``, or a user's own. The ``facts.toml`` of an aircraft holds geometry, mass,
-aerodynamics, engine, controls and limits (``Facts``), or says that it is a carrier without a flight model
-(``KinematicFacts``); the ``body.toml`` of a bird what hangs on a rope (``BirdFacts``). ``magnetics.toml`` holds
+aerodynamics, engine, controls and limits (``Facts``), or describes a carrier without a flight model
+(``KinematicFacts``); the ``body.toml`` of a bird describes the towed body (``BirdFacts``). ``magnetics.toml`` holds
 everything magnetic and the mounts (``Magnetics``). Each number has a unit and a source, or is marked an estimate.
 """
 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from pydantic import BaseModel
 
@@ -19,6 +20,7 @@ from magsim.aircraft.bird import BirdFacts
 from magsim.aircraft.facts import Facts, Limits
 from magsim.aircraft.kinematic import KinematicFacts, KinematicLimits
 from magsim.aircraft.magnetics import Magnetics, MeshPart
+from magsim.config.document import read_text
 from magsim.errors import RequestError
 
 __all__ = [
@@ -34,26 +36,28 @@ __all__ = [
     "load_bird",
 ]
 
+F = TypeVar("F", bound=BaseModel)
+
 MESH_FILE_BYTES = 20_000_000
 """Largest file of triangles."""
 
 
 @dataclass(frozen=True)
 class Vehicle:
-    """What carries magnetometers, validated.
+    """A body that carries magnetometers, validated.
 
     Attributes
     ----------
     name : str
         Name of its folder.
     facts : BaseModel
-        What flies.
+        Facts of flight.
     magnetics : Magnetics
-        What disturbs, and where sensors are mounted.
+        Everything magnetic, and the mounts of sensors.
     digest : str
         SHA-256 over the bytes of its two files and those that they name, in hexadecimal.
     files : mapping of str to bytes
-        Files of triangles that ``magnetics.toml`` names, as they are.
+        Content of the files of triangles that ``magnetics.toml`` names.
     """
 
     name: str
@@ -76,13 +80,13 @@ class Aircraft(Vehicle):
 
     @property
     def limits(self) -> Limits | KinematicLimits:
-        """What the aircraft can be asked to do."""
+        """Limits of what the aircraft can fly."""
         return self.facts.limits
 
 
 @dataclass(frozen=True)
 class Bird(Vehicle):
-    """What is towed on a rope."""
+    """A body that is towed on a rope."""
 
     facts: BirdFacts
 
@@ -107,8 +111,8 @@ def load_aircraft(name_or_path: str | Path, base: Path | None = None) -> Aircraf
         If there is no such aircraft, or its files are wrong: one line for each problem of both files.
     """
     folder = assets.aircraft_dir(name_or_path, base)
-    parts = _read(folder, assets.AIRCRAFT_FILES, _facts_model(folder / assets.AIRCRAFT_FILES[0]))
-    return Aircraft(**parts)
+    read = _read(folder, assets.AIRCRAFT_FILES, _facts_model(folder / assets.AIRCRAFT_FILES[0]))
+    return Aircraft(read.name, read.facts, read.magnetics, read.digest, read.files)
 
 
 def load_bird(name_or_path: str | Path, base: Path | None = None) -> Bird:
@@ -119,40 +123,68 @@ def load_bird(name_or_path: str | Path, base: Path | None = None) -> Bird:
     RequestError
         If there is no such bird, or its files are wrong: one line for each problem of both files.
     """
-    return Bird(**_read(assets.bird_dir(name_or_path, base), assets.BIRD_FILES, BirdFacts))
+    read = _read(assets.bird_dir(name_or_path, base), assets.BIRD_FILES, BirdFacts)
+    return Bird(read.name, read.facts, read.magnetics, read.digest, read.files)
 
 
-def _facts_model(path: Path) -> type[BaseModel]:
-    """The model of a ``facts.toml``: that of a kinematic carrier where it says so."""
+def _facts_model(path: Path) -> type[Facts | KinematicFacts]:
+    """Return the model of a ``facts.toml``: that of a kinematic carrier where its ``kind`` names one."""
     try:
-        kind = config.read(path).table.get("kind")
+        kinematic = _is_kinematic(read_text(path, str(path)), str(path))
     except RequestError:
-        return Facts  # told when it is read in earnest
-    return Facts if kind is None else KinematicFacts
+        return Facts  # reported when the whole file is read
+    return KinematicFacts if kinematic else Facts
 
 
-def _read(folder: Path, files: tuple[str, str], facts: type[BaseModel]) -> dict[str, object]:
-    """Fields of a vehicle from the two files of its folder."""
-    found: dict[str, object] = {}
-    lines: list[str] = []
+@dataclass(frozen=True)
+class _FolderRead(Generic[F]):
+    """Contents of the folder of a vehicle."""
+
+    name: str
+    facts: F
+    magnetics: Magnetics
+    digest: str
+    files: Mapping[str, bytes]
+
+
+def _read(folder: Path, names: tuple[str, str], model: type[F]) -> _FolderRead[F]:
+    """Return the contents of the two files of a folder, and of those that they name."""
+    facts, facts_problems = _file(folder / names[0], model)
+    magnetics, problems = _file(folder / names[1], Magnetics)
+    if facts is None or magnetics is None:
+        raise RequestError("\n".join(filter(None, (facts_problems, problems))))
+    meshes = mesh_files(folder, magnetics)
+    content = {name: (folder / name).read_bytes() for name in names} | meshes
     digest = hashlib.sha256()
-    for field_name, file, model in zip(("facts", "magnetics"), files, (facts, Magnetics), strict=True):
-        path = folder / file
-        try:
-            found[field_name] = config.load(path, model)
-            digest.update(f"{file}\0".encode() + path.read_bytes() + b"\0")
-        except RequestError as error:
-            lines.append(str(error))
-    if lines:
-        raise RequestError("\n".join(lines))
-    meshes = mesh_files(folder, found["magnetics"])
-    for file, content in meshes.items():
-        digest.update(f"{file}\0".encode() + content + b"\0")
-    return found | {"name": folder.resolve().name, "digest": digest.hexdigest(), "files": meshes}
+    for name, data in content.items():
+        digest.update(f"{name}\0".encode() + data + b"\0")
+    return _FolderRead(folder.resolve().name, facts, magnetics, digest.hexdigest(), meshes)
+
+
+def _file(path: Path, model: type[F]) -> tuple[F | None, str]:
+    """Return the settings of a file, or its problems."""
+    try:
+        settings = _settings(read_text(path, str(path)), str(path), model)
+    except RequestError as error:
+        return None, str(error)
+    assert isinstance(settings, model)
+    return settings, ""
+
+
+@lru_cache(maxsize=32)
+def _settings(text: str, source: str, model: type[BaseModel]) -> BaseModel:
+    """Return the settings of a text; the text of a file that has not changed is read and checked once."""
+    return config.load(text, model, source=source)
+
+
+@lru_cache(maxsize=16)
+def _is_kinematic(text: str, source: str) -> bool:
+    """Return whether the text of a ``facts.toml`` names a kind of carrier."""
+    return config.parse(text, source=source).table.get("kind") is not None
 
 
 def mesh_files(folder: Path, magnetics: Magnetics) -> dict[str, bytes]:
-    """Content of the files of triangles that steel parts name, by name.
+    """Return the content of the files of triangles that steel parts name, by name.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""A number with its unit and where it comes from: what facts of all kinds are made of.
+"""A number with its unit and its source: the elements of all facts.
 
 A fact is an inline table ``{ value = 15.87, unit = "m", source = "..." }``. A source that begins with ``estimate``
-says that the number is ours. Values are SI with angles in radians, but for limits that face the user, which are in
+marks a number of our own. Values are SI with angles in radians, but for limits that face the user, which are in
 degrees.
 """
 
@@ -18,7 +18,7 @@ def _as_tuple(value: object) -> object:
 
 
 class Fact(Strict):
-    """One number with its unit and where it comes from."""
+    """One number with its unit and its source."""
 
     value: float
     unit: str
@@ -77,7 +77,7 @@ AnyFact = Fact | VectorFact | RangeFact
 
 
 def in_unit(unit: str, *, positive: bool = False) -> Callable[[AnyFact], AnyFact]:
-    """Validator: a fact must be given in this unit."""
+    """Return a validator that refuses facts in another unit."""
 
     def check(fact: AnyFact) -> AnyFact:
         if fact.unit != unit:
@@ -114,7 +114,7 @@ NumberRange = Annotated[RangeFact, AfterValidator(in_unit("1"))]
 
 
 class Envelope(Strict):
-    """What anything that flies can be asked to do."""
+    """Limits of height, speed and bank of any carrier."""
 
     ceiling: Size
     true_airspeed: SpeedRange

@@ -1,33 +1,27 @@
-"""What flies: the models of ``facts.toml``, every number with its unit and its source (``magsim.aircraft.fact``)."""
+"""Facts of an aircraft: the models of ``facts.toml``, each number with unit and source (``magsim.aircraft.fact``)."""
 
 import math
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
+from magsim.aircraft.controls import Autopilot, Controls, Flap
+from magsim.aircraft.engine import Engine
 from magsim.aircraft.fact import (
-    Angle,
     AngleRange,
     Area,
     CurveFact,
     DegreeRange,
     Degrees,
-    Duration,
     Envelope,
     Fact,
-    Force,
-    Inertia,
     Length,
     Mass,
     Number,
     NumberRange,
-    PerSecond,
-    Polynomial,
     Position,
-    Power,
-    Rate,
     Size,
     Speed,
     in_unit,
@@ -125,138 +119,8 @@ class Aero(Strict):
     cruise_mass: Mass
 
 
-class FixedPropeller(Strict):
-    """A propeller of fixed pitch, for the speed at which it turns: its thrust coefficient over the advance ratio."""
-
-    diameter: Size
-    thrust_coefficient: Polynomial
-    """Factors of 1, J and J^2."""
-
-    @model_validator(mode="after")
-    def _falls(self) -> "FixedPropeller":
-        at_rest, _, last = self.thrust_coefficient.value
-        if not (at_rest > 0.0 and last <= 0.0):
-            msg = (
-                f"thrust_coefficient = {list(self.thrust_coefficient.value)} has not one speed for each thrust; "
-                "allowed: a first factor above 0 and a last one not above 0"
-            )
-            raise ValueError(msg)
-        return self
-
-
-class DirectEngine(Strict):
-    """Thrust as a function of speed, height and lever; ``propeller`` tells how fast it turns to give that thrust."""
-
-    kind: Literal["direct"]
-    power: Power
-    propeller_efficiency: Number
-    static_thrust: Force
-    height_factor: CurveFact
-    position: Position
-    propeller: FixedPropeller | None = None
-
-
-class Propeller(Strict):
-    """Blades, governor and inertia of a propeller; its coefficients follow by blade element theory."""
-
-    diameter: Size
-    blades: Number
-    speed: Rate
-    hub_radius_fraction: Number
-    chord: CurveFact
-    twist_advance_ratio: Number
-    lift_slope: Number
-    lift_limit: NumberRange
-    zero_lift_angle: Angle
-    profile_drag: Number
-    drag_rise: Number
-    drag_lift: Number
-    pitch_range: AngleRange
-    inertia: Inertia
-
-
-class TurbopropEngine(Strict):
-    """A free turbine, flat rated, with a propeller that a governor holds at its speed."""
-
-    kind: Literal["turboprop"]
-    power: Power
-    torque: Annotated[Fact, AfterValidator(in_unit("N m", positive=True))]
-    thermodynamic_power: Power
-    density_exponent: Number
-    fuel_flow: Annotated[Fact, AfterValidator(in_unit("kg/s", positive=True))]
-    idle_fuel_fraction: Number
-    gas_generator: NumberRange
-    spool_time: Duration
-    position: Position
-    propeller: Propeller
-
-
-Engine = Annotated[DirectEngine | TurbopropEngine, Field(discriminator="kind")]
-
-
-class ControlSurface(Strict):
-    """Travel of one control surface."""
-
-    travel: AngleRange
-
-
-class Flap(Strict):
-    """Wing flaps: travel, size, the motor's rate, and the textbook constants of what they do."""
-
-    travel: AngleRange
-    rate: Rate
-    area_fraction: Number
-    chord_fraction: Number
-    chord_extension: Number
-    section_lift: Number
-    section_drag: Number
-    pitch_per_lift: Number
-    effect: CurveFact
-    speed_limit: CurveFact
-
-
-class Controls(Strict):
-    """Control surfaces and their actuators."""
-
-    elevator: ControlSurface
-    aileron: ControlSurface
-    rudder: ControlSurface
-    flap: Flap | None = None
-    actuator_lag: Rate
-    actuator_rate: Rate
-
-
-class Autopilot(Strict):
-    """Gains of the loops of the survey autopilot."""
-
-    altitude: PerSecond
-    climb_limit: Speed
-    path: Number
-    path_integral: PerSecond
-    path_limit: Angle
-    pitch: PerSecond
-    pitch_rate: Duration
-    pitch_integral: PerSecond
-    pitch_integral_limit: Number
-    roll: PerSecond
-    roll_rate: Duration
-    roll_integral: PerSecond
-    roll_integral_limit: Number
-    coordination: Duration
-    yaw: PerSecond
-    yaw_rate: Duration
-    speed: Annotated[Fact, AfterValidator(in_unit("s/m", positive=True))]
-    speed_integral: Annotated[Fact, AfterValidator(in_unit("1/m", positive=True))]
-    course: PerSecond
-    line: Duration
-    intercept_limit: Angle
-    bank_lag: Duration
-    bank_ease: Duration
-    bank_limit: Angle
-
-
 class Limits(Envelope):
-    """What the aircraft can be asked to do, and where the flight model stops being one."""
+    """Limits of maneuvers and loads, and of the validity of the flight model."""
 
     pitch_amplitude: Degrees
     roll_amplitude: Degrees
@@ -370,12 +234,12 @@ class Facts(Strict):
     def loaded(
         self, payload_kg: float | None = None, fuel_kg: float | None = None, payload_aft_m: float = 0.0
     ) -> "Facts":
-        """The same aircraft with another load, the payload farther aft; None leaves what its file says.
+        """Return the same aircraft with another load, the payload farther aft; None keeps the value of its file.
 
         Raises
         ------
         ValueError
-            If the load is not allowed; the text says what is.
+            If the load is not allowed; the text names the limits.
         """
         balance = self.mass.balance
         if payload_kg is None and fuel_kg is None and payload_aft_m == 0.0:
@@ -396,7 +260,7 @@ class Facts(Strict):
         return facts
 
     def _check_load(self) -> None:
-        """Mass and center of gravity within the limits, with the fuel and without."""
+        """Raise a ValueError where mass or center of gravity leave their limits, with the fuel or without."""
         balance = self.mass.balance
         assert balance is not None
         fuel = balance.fuel.value
@@ -424,7 +288,7 @@ class Facts(Strict):
                 raise ValueError(msg)
 
     def cg_limits(self, mass_kg: float) -> tuple[float, float]:
-        """Foremost and aftmost station of the center of gravity [m] at a mass."""
+        """Return the foremost and aftmost station of the center of gravity [m] at a mass."""
         balance = self.mass.balance
         assert balance is not None
         points = list(zip(balance.forward_limit.at, balance.forward_limit.value, strict=True))

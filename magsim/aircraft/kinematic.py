@@ -1,6 +1,6 @@
 """A carrier without a flight model: the models of its ``facts.toml``.
 
-Its path is given, its attitude follows from path and speed; nothing pushes it. It is told in the recording that it is
+Its path is given, its attitude follows from path and speed; no force acts on it. Its recordings state that it is
 kinematic.
 """
 
@@ -22,7 +22,7 @@ class KinematicDatum(Strict):
 
 
 class KinematicLimits(Envelope):
-    """What the carrier can be asked to do."""
+    """Limits of the carrier."""
 
     @cached_property
     def amplitude_deg(self) -> dict[str, float]:
@@ -79,7 +79,7 @@ class KinematicFacts(Strict):
         return
 
     def loaded(self, payload_kg: float | None, fuel_kg: float | None, payload_aft_m: float) -> "KinematicFacts":
-        """The same facts: nothing is loaded into what has no flight model.
+        """Return the same facts: a carrier without a flight model takes no load.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The command line. Commands are imported when they run, so that ``magsim --help`` stays fast."""
+"""The command line. Commands are imported when they run, so that ``magsim --help`` is fast."""
 
 import os
 import signal
@@ -18,27 +18,27 @@ COMMANDS = {
     "train": ("magsim.cli.train:train", "Train a compensator on recordings."),
     "benchmark": ("magsim.cli.benchmark:benchmark", "Compare compensators on recordings."),
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
-    "info": ("magsim.cli.info:info", "Show what a recording holds."),
+    "info": ("magsim.cli.info:info", "Show the contents of a recording."),
     "export": ("magsim.cli.export:export", "Write a recording for other programs."),
-    "import": ("magsim.cli.import_:import_", "Make a recording of a survey file."),
-    "plot": ("magsim.cli.plot:plot", "Draw a picture of a recording."),
+    "import": ("magsim.cli.import_:import_", "Make a recording from a survey file."),
+    "plot": ("magsim.cli.plot:plot", "Draw a figure of a recording."),
     "map": ("magsim.cli.map:map_", "Predict where on an aircraft a magnetometer is quiet."),
     "verify": ("magsim.cli.verify:verify", "Check a recording file in every byte."),
     "dataset": ("magsim.cli.dataset:dataset", "Build and check data sets."),
     "schema": ("magsim.cli.schema:schema", "Print the JSON schema of scenario files."),
 }
-"""Commands by name: where each is, and what it does."""
+"""Commands by name: module and function, and a short help."""
 
 INTERRUPTED = 130
 TERMINATED = 143
-BROKEN_PIPE = 1  # the code that click uses
+BROKEN_PIPE = 1  # as in click
 
 
 class LazyGroup(click.Group):
     """Group of commands that imports a command only when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the commands, in the order in which a newcomer needs them."""
+        """Return the names of the commands, in the order in which a new user needs them."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -51,7 +51,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is called, or suggest the one that may have been meant."""
+        """Find the command that is called, or fail with the name of a similar one."""
         name = args[0] if args else ""
         if name not in COMMANDS and not name.startswith("-"):
             close = get_close_matches(name, COMMANDS, n=1)
@@ -82,7 +82,7 @@ def main(args: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 2 the request cannot be carried out, 3 the data is bad, 130 interrupted.
+        Exit code: 0 done, 2 the request cannot be fulfilled, 3 bad data, 130 interrupted, 143 terminated.
     """
     with suppress(ValueError):  # only the main thread may set it
         signal.signal(signal.SIGTERM, _terminate)
@@ -90,16 +90,16 @@ def main(args: Sequence[str] | None = None) -> int:
         code = cli.main(args=args, prog_name="magsim", standalone_mode=False)
         sys.stdout.flush()
     except MagsimError as error:
-        _tell(str(error))
+        _print_error(str(error))
         return error.exit_code
     except click.ClickException as error:
         error.show()
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        _tell("interrupted")
+        _print_error("interrupted")
         return INTERRUPTED
     except BrokenPipeError:
-        # whoever read the output has enough; what is still buffered goes nowhere
+        # the reader of the output has closed it; the rest of the buffer is discarded
         with suppress(OSError, ValueError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
@@ -110,8 +110,8 @@ def _terminate(_signal: int, _frame: object) -> None:
     raise SystemExit(TERMINATED)
 
 
-def _tell(text: str) -> None:
-    """Write lines to stderr as they are, but for control characters that a path may hold."""
+def _print_error(text: str) -> None:
+    """Write lines to stderr, with control characters, which a path may hold, escaped."""
     plain = "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
     with suppress(OSError):
         click.echo(plain, err=True)

@@ -1,4 +1,4 @@
-"""``magsim dataset``: data sets by their recipes."""
+"""``magsim dataset``: data sets and their recipes."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ def dataset() -> None:
 def list_() -> None:
     """List the shipped data sets: name, size, flights, title."""
     from magsim import assets
-    from magsim.cli.info import Section, show
+    from magsim.cli.info import TitledTable, show
     from magsim.dataset import MANIFEST, read_manifest
     from magsim.generation import load_recipe
 
@@ -24,15 +24,15 @@ def list_() -> None:
         manifest = read_manifest(loaded.folder / MANIFEST)
         size = f"{manifest.size / 1e6:.1f}"
         rows.append((name, size, str(len(manifest.files)), str(len(manifest.flights)), loaded.recipe.title))
-    show([Section("Data sets", ("name", "MB", "files", "flights", "title"), tuple(rows))])
+    show([TitledTable("Data sets", ("name", "MB", "files", "flights", "title"), tuple(rows))])
 
 
 @dataset.command(short_help="Generate a data set.")
 @click.argument("name")
 @click.option("-o", "--output", metavar="FOLDER", type=click.Path(path_type=Path), help="Where; default ./data/<name>")
 @click.option("-j", "--jobs", type=click.IntRange(1, 1000), default=1, show_default=True, help="Processes that fly.")
-@click.option("--renew", is_flag=True, help="Write the recipe's manifest anew instead of comparing with it.")
-@click.option("--force", is_flag=True, help="Replace a data set that is there.")
+@click.option("--renew", is_flag=True, help="Write a new manifest for the recipe instead of comparing.")
+@click.option("--force", is_flag=True, help="Replace an existing data set.")
 @click.option("-q", "--quiet", is_flag=True, help="Show no progress.")
 def build(  # noqa: PLR0917 - the options
     name: str, output: Path | None, jobs: int, renew: bool, force: bool, quiet: bool
@@ -41,27 +41,27 @@ def build(  # noqa: PLR0917 - the options
 
     NAME is c208b_calibration, ladder_small, or the path of a folder of your own with a recipe.toml: ./mine. On the kind
     of machine that made the manifest the files must be the same in every byte, on another kind within 1e-4 nT; the last
-    line says which of the two was found. Ends with 3, and leaves nothing, where they are not.
+    line states which of the two applies. Otherwise the exit code is 3, and nothing is written.
     """
-    from magsim.cli.interrupts import held
+    from magsim.cli.interrupts import delayed
 
-    with held():
+    with delayed():
         from magsim import generation
 
     progress = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))
     loaded = generation.load_recipe(name)
     target = output or Path("data") / loaded.name
-    verdict = generation.build(loaded, target, jobs=jobs, force=force, renew=renew, progress=progress)
-    click.echo(f"{target}: {verdict.text}")
+    agreement = generation.build(loaded, target, jobs=jobs, force=force, renew=renew, progress=progress)
+    click.echo(f"{target}: {agreement.text}")
 
 
-@dataset.command(short_help="Check a data set that was built.")
+@dataset.command(short_help="Check an existing data set.")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--recipe", metavar="NAME|PATH", help="Recipe to compare with; default the shipped one of its name.")
 def check(folder: Path, recipe: str | None) -> None:
     """Check the files of FOLDER against their checksums and against the manifest of their data set.
 
-    Ends with 0 where all is as it should be, else with 3 and a line for each difference.
+    The exit code is 0 if all is right, else 3, with a line for each difference.
     """
     from magsim import assets
     from magsim.dataset import Dataset
@@ -70,5 +70,5 @@ def check(folder: Path, recipe: str | None) -> None:
     name = Dataset(folder).manifest.dataset
     known = name in assets.list_datasets()
     place = assets.dataset_dir(recipe or name) if recipe or known else None
-    verdict = check_folder(folder, reference_of(name, place))
-    click.echo(f"{folder}: {verdict.text}")
+    agreement = check_folder(folder, reference_of(name, place))
+    click.echo(f"{folder}: {agreement.text}")

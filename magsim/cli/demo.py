@@ -1,4 +1,4 @@
-"""``magsim demo``: the whole chain in one go."""
+"""``magsim demo``: the whole chain in one command."""
 
 from pathlib import Path
 
@@ -13,18 +13,18 @@ import click
     type=click.Path(path_type=Path),
     default=Path("demo"),
     show_default=True,
-    help="Where everything goes; only what an earlier demo wrote is replaced.",
+    help="Output folder; only files of an earlier demo are replaced.",
 )
 @click.option("-q", "--quiet", is_flag=True, help="Show no progress.")
 def demo(output: Path, quiet: bool) -> None:
     """Fly the calibration flight, train, compensate, score and draw.
 
-    Circuit 1 of the flight is for fitting, its last leg for validation, circuit 2 for judging against the truth.
+    Circuit 1 of the flight is for fitting, its last leg for validation, circuit 2 for the comparison with the truth.
     """
-    from magsim.cli.interrupts import held
+    from magsim.cli.interrupts import delayed
     from magsim.cli.progress import stages, training
 
-    with held():
+    with delayed():
         from magsim.experiments.demo import run_demo
 
     announce = (lambda _text: None) if quiet else (lambda text: click.echo(text, err=True))

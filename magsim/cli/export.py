@@ -9,17 +9,21 @@ FORMATS = ("mit", "xyz", "sgl-xyz", "gdf2", "csv", "parquet")
 
 @click.command(short_help="Write a recording for other programs.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--format", "kind", type=click.Choice(FORMATS), required=True, help="What to write.")
+@click.option("--format", "kind", type=click.Choice(FORMATS), required=True, help="Format of the files.")
 @click.option(
     "-o",
     "--output",
     metavar="PATH",
     type=click.Path(path_type=Path),
-    help="File or folder; default the present folder.",
+    help="File or folder; default the working folder.",
 )
 @click.option("--flight", metavar="NAME|NUMBER", help="One flight of several.")
 @click.option(
-    "--roles", metavar="LIST", default="input,label,truth,segment", show_default=True, help="Columns that are written."
+    "--roles",
+    metavar="LIST",
+    default="input,label,truth,segment",
+    show_default=True,
+    help="Roles to write.",
 )
 @click.option("--force", is_flag=True, help="Replace existing files.")
 def export(  # noqa: PLR0917 - the options

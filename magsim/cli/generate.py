@@ -25,9 +25,9 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     SCENARIO is a TOML file, or the name of a shipped scenario such as calibration_c208b or papers/000_simulated.
     The same scenario, settings and version write the same bytes.
     """
-    from magsim.cli.interrupts import held
+    from magsim.cli.interrupts import delayed
 
-    with held():
+    with delayed():
         from magsim import storage
         from magsim.cli.progress import stages
         from magsim.loading import load_scenario
@@ -36,7 +36,7 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     target = output or Path(f"{loaded.name}.h5")
     storage.check_target(target, force=force)
 
-    with held():
+    with delayed():
         from magsim.simulation import simulate
 
     with stages(quiet=quiet) as progress:

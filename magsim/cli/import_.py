@@ -1,4 +1,4 @@
-"""``magsim import``: files of other programs as recordings."""
+"""``magsim import``: recordings from files of other programs."""
 
 from pathlib import Path
 
@@ -7,15 +7,15 @@ import click
 FORMATS = ("mit", "sgl-xyz", "xyz", "csv")
 
 
-@click.command(name="import", short_help="Make a recording of a survey file.")
+@click.command(name="import", short_help="Make a recording from a survey file.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--format", "kind", type=click.Choice(FORMATS), help="Default: what the ending of FILE says.")
+@click.option("--format", "kind", type=click.Choice(FORMATS), help="Default: according to the ending of FILE.")
 @click.option("-o", "--output", metavar="FILE", type=click.Path(path_type=Path), help="Default ./<flight>.h5")
 @click.option("--map", "column_map", metavar="FILE", type=click.Path(path_type=Path), help="TOML file of column names.")
 @click.option("--flight", type=float, help="Number of one flight of several.")
-@click.option("--train", metavar="WINDOW", multiple=True, help="Rows to learn from: a line, or START:END.")
-@click.option("--valid", metavar="WINDOW", multiple=True, help="Rows that guide learning.")
-@click.option("--test", metavar="WINDOW", multiple=True, help="Rows to be judged on.")
+@click.option("--train", metavar="WINDOW", multiple=True, help="Rows for training: a line, or START:END.")
+@click.option("--valid", metavar="WINDOW", multiple=True, help="Rows for validation.")
+@click.option("--test", metavar="WINDOW", multiple=True, help="Rows for testing.")
 @click.option("--force", is_flag=True, help="Replace an existing recording.")
 def import_(  # noqa: PLR0917 - the options
     file: Path,
@@ -28,7 +28,7 @@ def import_(  # noqa: PLR0917 - the options
     test: tuple[str, ...],
     force: bool,
 ) -> None:
-    r"""Make a recording, without truth, of FILE, which another program wrote.
+    r"""Make a recording, without truth, from FILE, which another program wrote.
 
     \b
     mit      HDF5 in the layout of MagNav.jl (SGL 2020 and 2021)
@@ -37,7 +37,7 @@ def import_(  # noqa: PLR0917 - the options
     csv      one line of names, then numbers with commas; named likewise
 
     Windows are lines (1002.02) or spans of the file's own time (46390.9:46964.5), and may be repeated. Rows in no
-    window are left out. Without windows all rows are kept, and nothing says which are for training.
+    window are left out. Without windows all rows are imported, without a split.
     """
     from magsim import exchange, storage
     from magsim.errors import RequestError

@@ -1,4 +1,4 @@
-"""``magsim info``: what a recording holds."""
+"""``magsim info``: contents of a recording."""
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Section:
-    """A titled table."""
+class TitledTable:
+    """A table with a title, for people."""
 
     title: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
-@click.command(short_help="Show what a recording holds.")
+@click.command(short_help="Show the contents of a recording.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--flight", metavar="NAME", help="Tell one of several flights in full.")
+@click.option("--flight", metavar="NAME", help="Show one of several flights in full.")
 def info(file: Path, flight: str | None) -> None:
-    """Say what FILE holds: flights, sensors, columns, segments, maneuvers, and where it comes from.
+    """Show the contents of FILE: flights, sensors, columns, segments, maneuvers, and provenance.
 
-    FILE may be a folder of recordings too. Several flights are listed, one is told in full.
+    FILE may be a folder of recordings too. Several flights are listed, one is shown in full.
     """
     from magsim.recording import read_recordings
 
@@ -39,8 +39,8 @@ def info(file: Path, flight: str | None) -> None:
     show(sections)
 
 
-def show(sections: Sequence[Section]) -> None:
-    """Print sections: as rich tables on a terminal, else as plain aligned text that is never wrapped."""
+def show(sections: Sequence[TitledTable]) -> None:
+    """Print tables: as rich tables on a terminal, else as plain aligned text that is never wrapped."""
     if not sys.stdout.isatty():
         click.echo("\n\n".join(_plain(section) for section in sections))
         return
@@ -58,14 +58,14 @@ def show(sections: Sequence[Section]) -> None:
         console.print(table)
 
 
-def _plain(section: Section) -> str:
+def _plain(section: TitledTable) -> str:
     rows = [section.header, *section.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(section.header))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return "\n".join([section.title, *(f"  {line}" for line in lines)])
 
 
-def _flights(recordings: Sequence["Recording"]) -> Section:
+def _flights(recordings: Sequence["Recording"]) -> TitledTable:
     rows = tuple(
         (
             recording.name,
@@ -79,10 +79,10 @@ def _flights(recordings: Sequence["Recording"]) -> Section:
         for recording in recordings
     )
     header = ("flight", "rows", "rate Hz", "duration s", "scalar sensors", "fluxgates", "start UTC")
-    return Section("Flights" if len(rows) > 1 else "Flight", header, rows)
+    return TitledTable("Flights" if len(rows) > 1 else "Flight", header, rows)
 
 
-def _details(recording: "Recording") -> Iterator[Section]:
+def _details(recording: "Recording") -> Iterator[TitledTable]:
     yield _provenance(recording)
     yield _columns(recording)
     if "leg" in recording and "circuit" in recording:
@@ -98,28 +98,28 @@ def _details(recording: "Recording") -> Iterator[Section]:
     yield from _heading_tables(recording)
 
 
-def _provenance(recording: "Recording") -> Section:
+def _provenance(recording: "Recording") -> TitledTable:
     keys = ("scenario", "aircraft", "bird", "seed", "overrides", "digest", "version", "filter", "simulation_rate_hz")
     rows = tuple((key, _word(recording.meta[key])) for key in keys if recording.meta.get(key) not in (None, [], ""))
-    return Section("Where it comes from", ("key", "value"), rows or (("-", "no provenance"),))
+    return TitledTable("Provenance", ("key", "value"), rows or (("-", "no provenance"),))
 
 
-def _columns(recording: "Recording") -> Section:
+def _columns(recording: "Recording") -> TitledTable:
     from magsim import columns
 
     rows = []
     for role in columns.ROLES:
         families: dict[str, list[str]] = {}
         for name in recording.names(role):
-            families.setdefault(columns.find(name).pattern, []).append(name)
+            families.setdefault(columns.family_of(name).pattern, []).append(name)
         for pattern, names in families.items():
-            family = columns.find(names[0])
+            family = columns.family_of(names[0])
             rows.append((role, pattern, str(len(names)), family.unit, family.meaning))
-    return Section("Columns", ("role", "family", "columns", "unit", "meaning"), tuple(rows))
+    return TitledTable("Columns", ("role", "family", "columns", "unit", "meaning"), tuple(rows))
 
 
-def _segments(recording: "Recording") -> Section:
-    """One row for each stretch of rows with the same circuit, leg, turn and split."""
+def _segments(recording: "Recording") -> TitledTable:
+    """Return one row for each run of rows with the same circuit, leg, turn and split."""
     import numpy as np
 
     from magsim import columns
@@ -144,44 +144,66 @@ def _segments(recording: "Recording") -> Section:
             )
         )
     header = ("circuit", "leg", "kind", "heading deg", "split", "start s", "rows")
-    return Section("Segments", header, tuple(rows))
+    return TitledTable("Segments", header, tuple(rows))
 
 
-def _maneuvers(maneuvers: Sequence[object]) -> Section:
-    """Amplitudes with what is not them: half of peak to peak, the fit's residual, the other two angles."""
-    keys = ("circuit", "leg", "kind", "axis", "start_s", "period_s", "cycles", "asked_deg", "flown_deg")
+def _maneuvers(maneuvers: Sequence[object]) -> TitledTable:
+    """Return flown amplitudes and their imperfections: half of peak to peak, residual of the fit, other two angles."""
+    keys: tuple[str, ...] = (
+        "circuit",
+        "leg",
+        "kind",
+        "axis",
+        "start_s",
+        "period_s",
+        "cycles",
+        "asked_deg",
+        "flown_deg",
+    )
     keys += ("half_peak_to_peak_deg", "residual_deg", "off_axis_deg")
     rows = []
     for entry in maneuvers:
         if isinstance(entry, dict):
-            told = entry | {"kind": "combined" if entry.get("kind") == "combined" else "train"}
-            rows.append(tuple(_word(told.get(key)) for key in keys))
-    header = ("circuit", "leg", "kind", "axis", "start s", "period s", "cycles", "asked deg", "flown deg")
+            shown = entry | {"kind": "combined" if entry.get("kind") == "combined" else "train"}
+            rows.append(tuple(_word(shown.get(key)) for key in keys))
+    header: tuple[str, ...] = (
+        "circuit",
+        "leg",
+        "kind",
+        "axis",
+        "start s",
+        "period s",
+        "cycles",
+        "asked deg",
+        "flown deg",
+    )
     header += ("half peak to peak deg", "residual deg", "off-axis deg")
-    return Section("Maneuvers: amplitudes asked and flown (middle cycles)", header, tuple(rows))
+    return TitledTable("Maneuvers: amplitudes asked and flown (middle cycles)", header, tuple(rows))
 
 
-def _drape(notes: Mapping[str, object]) -> Section:
-    """How the planned heights of a draped survey were flown on its lines."""
+def _drape(notes: Mapping[str, object]) -> TitledTable:
+    """Return how closely the planned heights of a draped survey were flown on its lines."""
     keys = ("worst_error_m", "rms_error_m", "lowest_above_ground_m", "mean_above_ground_m", "highest_above_ground_m")
     header = ("off plan, worst m", "rms m", "above ground, lowest m", "mean m", "highest m")
-    return Section("Drape: heights on the lines", header, (tuple(_word(notes.get(f"drape_{key}")) for key in keys),))
+    return TitledTable(
+        "Drape: heights on the lines", header, (tuple(_word(notes.get(f"drape_{key}")) for key in keys),)
+    )
 
 
-def _tow(notes: Mapping[str, object]) -> Section:
-    """What was towed, how it hung, and how it swings."""
-    keys = ("bird", "coupling", "rope_m", "links", "mass_kg", "steady_trail_deg", "steady_pitch_deg")
+def _tow(notes: Mapping[str, object]) -> TitledTable:
+    """Return the bird, its steady trail, and its modes of swing."""
+    keys: tuple[str, ...] = ("bird", "coupling", "rope_m", "links", "mass_kg", "steady_trail_deg", "steady_pitch_deg")
     keys += ("least_tension_n", "most_tension_n", "step_hz", "modes_hz", "modes_damping")
     tow = notes["tow"]
     assert isinstance(tow, dict)
     rows = [(key, _word(tow[key])) for key in keys if key in tow]
     if "carrier" in notes:
         rows.append(("carrier", _word(notes["carrier"])))
-    return Section("Tow", ("key", "value"), tuple(rows))
+    return TitledTable("Tow", ("key", "value"), tuple(rows))
 
 
-def _heading_tables(recording: "Recording") -> Iterator[Section]:
-    """For each scalar sensor: what it read over the center on each heading, and the spread over the headings."""
+def _heading_tables(recording: "Recording") -> Iterator[TitledTable]:
+    """Yield for each scalar sensor its readings over the center on each heading, and their spread."""
     from magsim.recording.heading import has_heading_table, heading_table
 
     if not has_heading_table(recording):
@@ -203,14 +225,22 @@ def _heading_tables(recording: "Recording") -> Iterator[Section]:
             )
             for p in passes
         ]
-        values = [[p.clean_nt for p in passes], [p.reading_nt for p in passes], [p.interference_nt for p in passes]]
-        spread = ["-" if None in column else f"{max(column) - min(column):.3f}" for column in values]
+        spread = [
+            _spread([p.clean_nt for p in passes]),
+            _spread([p.reading_nt for p in passes]),
+            _spread([p.interference_nt for p in passes]),
+        ]
         rows.append(("spread", "", "", "", "", "", *spread))
-        yield Section(f"Heading table of {sensor}", (*header, "interference nT"), tuple(rows))
+        yield TitledTable(f"Heading table of {sensor}", (*header, "interference nT"), tuple(rows))
+
+
+def _spread(values: Sequence[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    return f"{max(known) - min(known):.3f}" if len(known) == len(values) else "-"
 
 
 def _word(value: object) -> str:
-    """A value in one line, without control characters: files may come from anywhere."""
+    """Return a value as one line without control characters, which untrusted files may hold."""
     if value is None:
         return "-"
     text = f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,4 +1,4 @@
-"""Interrupts that come at a bad moment."""
+"""Interrupts during imports."""
 
 import signal
 from collections.abc import Iterator
@@ -6,11 +6,11 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def held() -> Iterator[None]:
-    """Hold back interrupts until the end of the block, then let them act.
+def delayed() -> Iterator[None]:
+    """Delay interrupts until the end of the block.
 
-    For imports of large libraries: some of them catch everything while they look for optional parts, an interrupt
-    included, which would be lost.
+    For imports of large libraries: some of them catch every exception while they look for optional parts, so that an
+    interrupt would be lost.
     """
     caught: list[int] = []
     try:

@@ -1,27 +1,27 @@
-"""``magsim plot``: pictures of a recording."""
+"""``magsim plot``: figures of a recording."""
 
 from pathlib import Path
 
 import click
 
 
-@click.command(name="plot", short_help="Draw a picture of a recording.")
+@click.command(name="plot", short_help="Draw a figure of a recording.")
 @click.argument("kind", type=click.Choice(["flight", "field", "interference", "spectrum", "electronics", "tow"]))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="PNG or SVG; default ./<recording>_<kind>.png")
 @click.option("--sensor", help="Scalar magnetometer; default the first.")
-@click.option("--force", is_flag=True, help="Replace an existing picture.")
+@click.option("--force", is_flag=True, help="Replace an existing figure.")
 def plot(kind: str, file: Path, output: Path | None, sensor: str | None, force: bool) -> None:
-    """Draw a picture of a recording.
+    """Draw a figure of a recording.
 
     \b
     flight        ground track, attitude and height
     field         reading and background
-    interference  what each part of the aircraft adds, in full and in the compensation band
+    interference  contribution of each part of the platform, in full and in the compensation band
     spectrum      spectral densities of the field and of the attitude
     electronics   currents and voltages, and the field of the wiring
     tow           swing of a towed bird: angles, tension, heights, spectrum
-    """  # noqa: D301 - click reads the backspace
+    """  # noqa: D301 - \b is for click
     from magsim import plots
     from magsim.recording import Recording
 

@@ -9,7 +9,7 @@ import click
 def schema() -> None:
     """Print the JSON schema of scenario files, for editors and for people.
 
-    A TOML file whose first line is "#:schema ./magsim.schema.json" is checked by editors that know Taplo.
+    Editors with Taplo check a TOML file whose first line is "#:schema ./magsim.schema.json".
     """
     from magsim.scenario import Scenario
 

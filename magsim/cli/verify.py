@@ -1,4 +1,4 @@
-"""``magsim verify``: whether a recording file is as it was written."""
+"""``magsim verify``: check that a recording file is unchanged."""
 
 from pathlib import Path
 
@@ -10,8 +10,8 @@ import click
 def verify(file: Path) -> None:
     """Check FILE against its checksums and against the table of columns.
 
-    Any changed byte is found. Ends with 0 and one line where the file is sound, else with 3 and a line for each
-    difference. FILE is read by a process of its own first, with limits of memory and time.
+    Any changed byte is found. The exit code is 0 if the file is sound, else 3, with a line for each difference. FILE is
+    first read by a process of its own, with limits of memory and time.
     """
     from magsim.recording.verify import verify as check
 

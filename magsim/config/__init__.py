@@ -1,11 +1,11 @@
-"""Strict configuration: TOML files read into frozen models, with every error told at once.
+"""Strict configuration: TOML files read into frozen models, with all errors reported at once.
 
-``load`` reads a file (or a text) with tomllib, lays ``key.path=value`` overrides over it, and validates it with
-pydantic. All that is wrong comes in one ``RequestError``, one line for each problem::
+``load`` reads a file (or a text) with tomllib, applies ``key.path=value`` overrides on top of it, and validates it with
+pydantic. All problems come in one ``RequestError``, one line for each problem::
 
     box.toml:14: pattern.maneuvers[1].axis: 'pich' is not allowed; allowed: 'pitch', 'roll', 'yaw'
 
-Problems that an override caused say ``--set key.path`` instead of file and line.
+Problems that an override caused begin with ``--set key.path`` instead of file and line.
 """
 
 from collections.abc import Mapping, Sequence
@@ -82,10 +82,10 @@ def load(
     model : type
         The pydantic model that the settings must fit, a ``Strict`` as a rule.
     overrides : sequence of str
-        ``key.path=value`` settings that are laid over the file, in order. The value is read as TOML; what is
+        ``key.path=value`` settings that are applied on top of the file, in order. The value is read as TOML; what is
         no TOML value is taken as text. A list element is ``key[0]``.
     context : mapping, optional
-        What validators may want to know (``info.context``).
+        Passed to validators as ``info.context``.
     source : str, optional
         How messages name the file; the path as given, or ``<text>``.
 

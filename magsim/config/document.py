@@ -1,11 +1,11 @@
-"""A TOML text with overrides: read, parsed, validated, and every problem told with its place."""
+"""A TOML text with overrides: read, parsed and validated, with every problem reported at its place."""
 
 import copy
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -19,7 +19,7 @@ MAX_BYTES = 1_000_000
 """Largest configuration file that is read."""
 
 MAX_LINES = 100
-"""Most problems that are told at once."""
+"""Most problems that are reported at once."""
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -35,7 +35,7 @@ class Document:
     text : str
         The TOML text, without overrides.
     table : dict
-        What it says, overrides included.
+        Its contents, overrides included.
     overrides : tuple of Override
         Those that could be applied.
     problems : tuple of str
@@ -59,16 +59,16 @@ class Document:
         context: Mapping[str, object] | None = None,
         also: Sequence[tuple[str, str]] = (),
     ) -> M:
-        """The settings as a model.
+        """Return the settings as a model.
 
         Parameters
         ----------
         model : type
             The pydantic model.
         context : mapping, optional
-            What validators may want to know.
+            Passed to validators as ``info.context``.
         also : sequence of (str, str)
-            Problems that are known already, each a key path and its text; told in the same pass.
+            Problems that are known already, each a key path and its text; reported in the same pass.
 
         Raises
         ------
@@ -80,19 +80,19 @@ class Document:
         try:
             result = model.model_validate(self.table, context=context)
         except ValidationError as error:
-            told = complaints(error, model, self.table)
-            found += told or [Complaint((), error.errors(include_url=False)[0]["msg"])]
+            lines_found = complaints(error, model, self.table)
+            found += lines_found or [Complaint((), error.errors(include_url=False)[0]["msg"])]
             found += self._without_unknown_keys(model, context, error)
         lines = [*self.problems, *self._place(found)]
         if lines:
             raise RequestError(_joined(lines))
-        assert result is not None  # else the error had told a problem
+        assert result is not None  # else the error had a line
         return result
 
     def placed(self, text: str) -> str:
-        """A message that begins with a key path, with its place in the file or the override before it.
+        """Return a message that begins with a key path with its place in the file, or its override, before it.
 
-        Any other message comes back as it is.
+        Any other message is returned unchanged.
         """
         key, colon, rest = text.partition(": ")
         path = keys.split(key) if colon else None
@@ -103,7 +103,7 @@ class Document:
     def _without_unknown_keys(
         self, model: type[M], context: Mapping[str, object] | None, error: ValidationError
     ) -> list[Complaint]:
-        """What shows only once the unknown keys are gone: checks that look at several keys together."""
+        """Return the complaints of checks of several keys together, which run only without the unknown keys."""
         unknown = [e for e in error.errors(include_url=False) if e["type"] == "extra_forbidden"]
         if not unknown or len(unknown) < error.error_count():
             return []
@@ -117,7 +117,7 @@ class Document:
         return []
 
     def _place(self, found: Sequence[Complaint]) -> list[str]:
-        """Lines with their places: first those of the file in its order, then those of overrides."""
+        """Return lines with their places: first those of the file in its order, then those of overrides."""
         placed: dict[str, tuple[int, int, int]] = {}
         for number, complaint in enumerate(found):
             path = complaint.path
@@ -134,7 +134,7 @@ class Document:
         return sorted(placed, key=placed.__getitem__)
 
     def _override_of(self, path: keys.Path) -> Override | None:
-        """The override that made the value at a path: the last that set it, or something around it."""
+        """Return the override that made the value at a path: the last that set it, or a table around it."""
         for override in reversed(self.overrides):
             if path[: len(override.path)] == override.path:
                 return override
@@ -161,7 +161,7 @@ def read(path: Path, *, overrides: Sequence[str] = (), source: str | None = None
 
 
 def read_text(path: Path, source: str) -> str:
-    """Text of a configuration file, or a RequestError that says why there is none."""
+    """Return the text of a configuration file, or raise a RequestError with the reason."""
     data = first_bytes(path, MAX_BYTES + 1, kind="a TOML file", source=source)
     if len(data) > MAX_BYTES:
         msg = f"{source}: is larger than {MAX_BYTES // 1_000_000} MB, so it is no settings file"
@@ -175,13 +175,13 @@ def read_text(path: Path, source: str) -> str:
 
 
 def parse(text: str, *, overrides: Sequence[str] = (), source: str = "<text>") -> Document:
-    """Parse a TOML text and lay overrides over it; see ``magsim.config.load``.
+    """Parse a TOML text and apply overrides on top of it; see ``magsim.config.load``.
 
     Raises
     ------
     RequestError
         If the text is no TOML, or an override is written wrong then too. Overrides that do not fit the text are
-        told by ``Document.validate``, together with everything else.
+        reported by ``Document.validate``, together with everything else.
     """
     problems, settings = [], []
     for override in overrides:
@@ -203,16 +203,13 @@ def parse(text: str, *, overrides: Sequence[str] = (), source: str = "<text>") -
     return Document(source, text, table, tuple(applied), tuple(problems))
 
 
-def _remove(table: object, path: keys.Path) -> None:
+def _remove(table: Any, path: keys.Path) -> None:
+    """Remove a key from a table in place; the path leads through tables and lists."""
     for part in path[:-1]:
-        table = table[part]  # type: ignore[index]
-    table.pop(path[-1], None)  # type: ignore[union-attr]
+        table = table[part]
+    table.pop(path[-1], None)
 
 
 def _joined(lines: Sequence[str]) -> str:
-    def told() -> Iterator[str]:
-        yield from lines[:MAX_LINES]
-        if len(lines) > MAX_LINES:
-            yield f"... and {len(lines) - MAX_LINES} more problems"
-
-    return "\n".join(told())
+    more = [f"... and {len(lines) - MAX_LINES} more problems"] if len(lines) > MAX_LINES else []
+    return "\n".join([*lines[:MAX_LINES], *more])

@@ -20,7 +20,7 @@ _SPACE_LINES = re.compile(r"(?:[ \t\n]++|#[^\n]*+)*+")
 
 
 def show(path: Path) -> str:
-    """A key path as people write it: ``pattern.maneuvers[1].amplitude_deg``."""
+    """Return a key path as people write it: ``pattern.maneuvers[1].amplitude_deg``."""
     text = ""
     for part in path:
         if isinstance(part, int):
@@ -32,7 +32,7 @@ def show(path: Path) -> str:
 
 
 def split(text: str) -> Path | None:
-    """Parts of a written key path, or None where it is none."""
+    """Return the parts of a written key path, or None where it is none."""
     parts: list[str | int] = []
     position = 0
     text = text.strip()
@@ -79,7 +79,7 @@ class Lines:
         self._scan()
 
     def of(self, path: Path) -> int:
-        """Line of a key, from 1; of the nearest table around it where the key itself is not in the text."""
+        """Return the line of a key, from 1; that of the nearest table around a key that the text lacks."""
         for length in range(len(path), 0, -1):
             if path[:length] in self._lines:
                 return self._lines[path[:length]]
@@ -118,7 +118,7 @@ class Lines:
                 self._pair(table)
 
     def _resolve(self, key: Path) -> Path:
-        """The path that a table's header means: names of arrays of tables stand for their last element."""
+        """Return the path of a table's header: names of arrays of tables stand for their last element."""
         path: Path = ()
         for i, part in enumerate(key):
             path = (*path, part)

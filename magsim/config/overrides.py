@@ -34,7 +34,7 @@ def overrides_of(settings: object, *, name: str) -> tuple[str, ...]:
     """
     example = 'a mapping of key paths to values, such as {"start.alt_m": 2500}'
     if not isinstance(settings, Mapping):
-        msg = f"{name}: is a {type(settings).__name__}; allowed: {example}"
+        msg = f"{name}: is of type {type(settings).__name__}; allowed: {example}"
         raise RequestError(msg)
     out, problems = [], []
     for key, value in settings.items():

@@ -1,4 +1,4 @@
-"""What validators raise when they find several things wrong, or one at another key."""
+"""The error that validators raise for several problems, or for one at another key."""
 
 
 class Problems(ValueError):

@@ -1,14 +1,16 @@
-"""What a model's JSON schema tells about a key: what stands below it, and what it allows, in words."""
+"""The JSON schema of a model: the keys below a key, and the values that it allows, in words."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date, datetime, time
 from difflib import get_close_matches
 from functools import lru_cache
+from typing import Any
 
 from pydantic import BaseModel
 from pydantic.errors import PydanticInvalidForJsonSchema
 
-Schema = Mapping[str, object]
+Schema = Mapping[str, Any]
+"""A JSON schema: its values are tables, lists, texts and numbers."""
 
 _PATTERNS = {r"^[a-z][a-z0-9_]*$": "lower-case letters, digits and _, a letter first"}
 _PLURALS = {"number": "numbers", "integer": "whole numbers", "string": "texts", "object": "tables"}
@@ -16,7 +18,7 @@ _PLURALS = {"number": "numbers", "integer": "whole numbers", "string": "texts", 
 
 @lru_cache(maxsize=64)
 def of_model(model: type[BaseModel]) -> Schema:
-    """JSON schema of a model; empty for a model that has none."""
+    """Return the JSON schema of a model; empty for a model that has none."""
     try:
         return model.model_json_schema(by_alias=True)
     except PydanticInvalidForJsonSchema:
@@ -31,7 +33,7 @@ class Guide:
         self.root = self.resolve(self._root)
 
     def resolve(self, schema: object) -> Schema:
-        """A schema with its reference followed; keys beside the reference stay.
+        """Return a schema with its reference followed; keys beside the reference stay.
 
         What may also be null, a key that may be left out, is what it is otherwise.
         """
@@ -49,23 +51,22 @@ class Guide:
         return {}
 
     def members(self, schema: Schema) -> list[Schema]:
-        """Members of a union, null left out; none for what is no union."""
+        """Return the members of a union without null; an empty list for anything else."""
         union = schema.get("anyOf") or schema.get("oneOf") or []
         return [m for m in map(self.resolve, union) if m.get("type") != "null"]
 
     def tagged(self, schema: Schema, tag: object) -> Schema | None:
-        """Member of a tagged union, or None."""
+        """Return the member of a tagged union, or None."""
         discriminator = schema.get("discriminator")
         mapping = discriminator.get("mapping", {}) if isinstance(discriminator, Mapping) else {}
         return self.resolve({"$ref": mapping[tag]}) if tag in mapping else None
 
     def below(self, schema: Schema, part: str | int) -> Schema:
-        """Schema of a key or an element; empty where nothing is known."""
+        """Return the schema of a key or an element; empty where nothing is known."""
         for member in self.members(schema) or [schema]:
             if isinstance(part, int):
                 prefix = member.get("prefixItems")
-                inside = isinstance(prefix, list) and part < len(prefix)
-                found = prefix[part] if inside else member.get("items")
+                found = prefix[part] if isinstance(prefix, list) and part < len(prefix) else member.get("items")
             else:
                 found = member.get("properties", {}).get(part)
                 found = found or next(iter(member.get("patternProperties", {}).values()), None)
@@ -75,12 +76,13 @@ class Guide:
         return {}
 
     def keys(self, schema: Schema) -> list[str]:
-        """Known keys of a table."""
+        """Return the known keys of a table."""
         return [key for member in self.members(schema) or [schema] for key in member.get("properties", {})]
 
     def find(self, name: str) -> str | None:
-        """Key path of a key with this name in another table, the first found; lists are not entered."""
-        queue, seen = [((), self.root)], 0
+        """Return the first key path of a key with this name in another table; lists are not entered."""
+        queue: list[tuple[tuple[str, ...], Schema]] = [((), self.root)]
+        seen = 0
         while queue and seen < 500:
             path, schema = queue.pop(0)
             seen += 1
@@ -92,7 +94,7 @@ class Guide:
         return None
 
     def allowed(self, schema: Schema) -> str:
-        """What a schema allows, in words."""
+        """Return what a schema allows, in words."""
         schema = self.resolve(schema)
         if "const" in schema:
             return show_value(schema["const"])
@@ -175,7 +177,7 @@ def _text(schema: Schema) -> str:
 
 
 def hint(name: str, known: Iterable[str]) -> Iterator[str]:
-    """The known name that is closest to a mistaken one, if any is close."""
+    """Yield the known name that is closest to a mistaken one, if any is close."""
     known = list(known)
     close = get_close_matches(name, known, n=1, cutoff=0.6)
     if not close and len(name) >= 3:
@@ -185,14 +187,14 @@ def hint(name: str, known: Iterable[str]) -> Iterator[str]:
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """A hint such as `` (did you mean 'axis'?)`` where a known name is close, else nothing."""
+    """Return a hint such as `` (did you mean 'axis'?)`` where a known name is close, else an empty text."""
     if not isinstance(name, str) or len(name) > 200:
         return ""
     return next((f" (did you mean '{close}'?)" for close in hint(name, known)), "")
 
 
 def show_value(value: object, limit: int = 60) -> str:
-    """A value as a TOML file would write it, cut short."""
+    """Return a value as a TOML file would write it, cut short."""
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, list | tuple):

@@ -89,7 +89,7 @@ def _written(value: object) -> str:
         return f"[{', '.join(_written(item) for item in value)}]"
     if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
         return "{" + ", ".join(f"{_key(key)} = {_written(item)}" for key, item in value.items()) + "}"
-    what = "None" if value is None else f"a {type(value).__name__}"
+    what = "None" if value is None else f"a value of type {type(value).__name__}"
     msg = f"{what} is no TOML value; allowed: text, a number, true or false, a date, a list or a table of them"
     raise TypeError(msg)
 

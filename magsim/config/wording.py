@@ -1,4 +1,4 @@
-"""What pydantic found, said in plain words: what is wrong, and what is allowed."""
+"""Errors of pydantic in plain words: what is wrong, and what is allowed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class _Found:
 
 
 def complaints(error: ValidationError, model: type[BaseModel], table: Mapping[str, object]) -> list[Complaint]:
-    """Every problem in a validation error, once each, in pydantic's order."""
+    """Return every problem in a validation error, once each, in pydantic's order."""
     guide = Guide(model)
     groups: dict[object, list[_Found]] = {}
     for number, raw in enumerate(islice(error.errors(include_url=False), MAX_ERRORS)):
@@ -87,10 +87,10 @@ def _locate(guide: Guide, error: Mapping, table: Mapping[str, object]) -> _Found
 
 
 def _merge(guide: Guide, group: Sequence[_Found]) -> list[Complaint]:
-    """Complaints about one value: where it may be of several kinds, those of the kind that it comes nearest to."""
+    """Return the complaints about one value: if it may be of several kinds, those of the nearest kind."""
     union = group[0].union
     if union is None:
-        return [complaint for found in group for complaint in _say(guide, found)]
+        return [complaint for found in group for complaint in _worded(guide, found)]
     members: dict[str, list[_Found]] = {}
     for found in group:
         members.setdefault(found.member, []).append(found)
@@ -100,7 +100,7 @@ def _merge(guide: Guide, group: Sequence[_Found]) -> list[Complaint]:
         if all(found.place.path != union.path or not _wrong_kind(found.error["type"]) for found in member)
     ]
     if near:
-        return [c for found in min(near, key=len) for c in _say(guide, found)]
+        return [c for found in min(near, key=len) for c in _worded(guide, found)]
     return [Complaint(union.path, _not_allowed(guide, union, kind=False))]
 
 
@@ -108,8 +108,8 @@ def _wrong_kind(error_type: str) -> bool:
     return error_type.endswith(("_type", "_error")) and error_type not in ("value_error", "assertion_error")
 
 
-def _say(guide: Guide, found: _Found) -> list[Complaint]:
-    """One error of pydantic in words: one complaint as a rule."""
+def _worded(guide: Guide, found: _Found) -> list[Complaint]:
+    """Return one error of pydantic in words: one complaint as a rule."""
     place, kind, ctx = found.place, found.error["type"], found.error.get("ctx", {})
     loc = found.error["loc"]
     if kind in ("value_error", "assertion_error"):
@@ -126,11 +126,11 @@ def _say(guide: Guide, found: _Found) -> list[Complaint]:
     elif loc and loc[-1] == "[key]":
         text = _bad_name(guide, found)
     elif kind in ("union_tag_invalid", "union_tag_not_found") and isinstance(place.value, Mapping):
-        return [_wrong_tag(place, str(ctx["discriminator"]).strip("'"))]
+        return [_wrong_tag(place, place.value, str(ctx["discriminator"]).strip("'"))]
     elif kind in ("missing", "too_short", "too_long"):
         count = len(place.value) if isinstance(place.value, Mapping | list) else 1
         if kind != "missing" and ctx.get("min_length", 0) <= count <= ctx.get("max_length", count):
-            return []  # pydantic does not count entries that are wrong themselves; those are told already
+            return []  # pydantic does not count entries that are wrong themselves; those are reported already
         text = f"has {count} {'entry' if count == 1 else 'entries'}; allowed: {guide.allowed(place.schema)}"
     else:
         text = _not_allowed(guide, place, kind=kind.endswith("_type"))
@@ -141,9 +141,9 @@ def _not_allowed(guide: Guide, place: _Place, *, kind: bool) -> str:
     shown, what = show_value(place.value), "not allowed"
     if kind:
         what = _kind(place.value)
-    said = f"is {what}" if shown == what else f"{shown} is {what}"
+    start = f"is {what}" if shown == what else f"{shown} is {what}"
     values = place.schema.get("enum") or ()
-    return f"{said}; allowed: {guide.allowed(place.schema)}{did_you_mean(place.value, map(str, values))}"
+    return f"{start}; allowed: {guide.allowed(place.schema)}{did_you_mean(place.value, map(str, values))}"
 
 
 def _kind(value: object) -> str:
@@ -163,11 +163,11 @@ def _unknown_key(guide: Guide, found: _Found) -> str:
         tagged = guide.tagged(parent, part)
         parent = tagged if tagged is not None else (guide.below(parent, part) or parent)
     known = guide.keys(parent)
-    said = did_you_mean(name, known)
-    if not said:
+    hint = did_you_mean(name, known)
+    if not hint:
         elsewhere = guide.find(name)
-        said = f" (did you mean '{elsewhere}'?)" if elsewhere not in (None, keys.show(found.place.path)) else ""
-    return f"unknown key{said}; known: {', '.join(known)}"
+        hint = f" (did you mean '{elsewhere}'?)" if elsewhere not in (None, keys.show(found.place.path)) else ""
+    return f"unknown key{hint}; known: {', '.join(known)}"
 
 
 def _bad_name(guide: Guide, found: _Found) -> str:
@@ -183,11 +183,11 @@ def _bad_name(guide: Guide, found: _Found) -> str:
     return f"unknown name; allowed: {guide.allowed(names)}{did_you_mean(found.place.path[-1], map(str, known))}"
 
 
-def _wrong_tag(place: _Place, key: str) -> Complaint:
-    mapping = place.schema.get("discriminator", {}).get("mapping", {})  # type: ignore[union-attr]
+def _wrong_tag(place: _Place, table: Mapping[str, object], key: str) -> Complaint:
+    mapping = place.schema.get("discriminator", {}).get("mapping", {})
     allowed = ", ".join(show_value(tag) for tag in mapping)
     path = (*place.path, key)
-    value = place.value.get(key)  # type: ignore[union-attr]
+    value = table.get(key)
     if value is None:
         return Complaint(path, f"is missing; allowed: {allowed}")
     return Complaint(path, f"{show_value(value)} is not allowed; allowed: {allowed}{did_you_mean(value, mapping)}")

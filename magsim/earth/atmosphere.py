@@ -52,7 +52,7 @@ def standard_pressure(height_m: np.ndarray) -> np.ndarray:
     return warm * np.exp((below - height_m) / _SCALE_M)
 
 
-def pressure_altitude(pressure_pa: np.ndarray) -> np.ndarray:
+def pressure_altitude(pressure_pa: np.ndarray | float) -> np.ndarray:
     """Return the geopotential height of a pressure in the standard atmosphere, (n,) [Pa] to (n,) [m]."""
     pressure_pa = np.asarray(pressure_pa, dtype=float)
     below = _SEA_LEVEL_K / _LAPSE * (1.0 - (np.maximum(pressure_pa, _TROPOPAUSE_PA) / SEA_LEVEL_PA) ** (1.0 / _POWER))

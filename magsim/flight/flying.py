@@ -2,16 +2,16 @@
 
 from collections.abc import Callable
 
-from magsim.aircraft import Aircraft, Bird, KinematicFacts
+from magsim.aircraft import Aircraft, Bird, Facts, KinematicFacts
 from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
 from magsim.flight.carriers.kinematic import fly_kinematic
 from magsim.flight.carriers.logged import fly_track
 from magsim.flight.carriers.modeled import fly_modeled
 from magsim.flight.carriers.outcome import check_height
-from magsim.flight.carriers.planning import MARGIN_S, plan, settle_s
+from magsim.flight.carriers.planning import MARGIN_S, plan_flight, settle_s
 from magsim.flight.model.start import bare_steps
-from magsim.flight.tow.motion import Swing
+from magsim.flight.tow.motion import BirdMotion
 from magsim.scenario import Scenario, TrackLog, TrackPattern, ground_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
@@ -46,7 +46,7 @@ def fly(
     -------
     Flight
         Logged at ``scenario.flight.log_hz`` or the rate that the aircraft needs, from 4 s before the first row to
-        4 s after the last; with what is towed.
+        4 s after the last; with the bird, if one is towed.
 
     Raises
     ------
@@ -62,19 +62,19 @@ def fly(
     if bird is None:
         msg = f"tow.bird: {scenario.tow.bird} is read by load_scenario only"
         raise RequestError(msg)
-    tell = (lambda _share: None) if progress is None else progress
-    # the equations are compiled: seconds that flights without a bird need not wait
-    from magsim.flight.tow.setup import equilibrium
+    report = (lambda _share: None) if progress is None else progress
+    # importing the compiled equations takes seconds; flights without a bird do not need them
+    from magsim.flight.tow.setup import require_equilibrium
     from magsim.flight.tow.towing import tow_bird
 
-    # what cannot hang is told before the carrier has flown
-    equilibrium(scenario.tow, bird, scenario.start.speed_mps, float(standard_density(scenario.start.alt_m)))
+    # a bird that cannot be towed is reported before the carrier flies
+    require_equilibrium(scenario.tow, bird, scenario.start.speed_mps, float(standard_density(scenario.start.alt_m)))
     flight, flown = _fly_carrier(
-        scenario, aircraft, bird, ground=ground, track=track, progress=lambda share: tell(0.8 * share)
+        scenario, aircraft, bird, ground=ground, track=track, progress=lambda share: report(0.8 * share)
     )
     flight = tow_bird(flight, scenario, aircraft, bird, flown).since(-MARGIN_S)
     check_height(flight, ground)
-    tell(1.0)
+    report(1.0)
     return flight
 
 
@@ -86,25 +86,22 @@ def _fly_carrier(
     ground: Ground | None,
     track: TrackLog | None,
     progress: Callable[[float], None] | None,
-) -> tuple[Flight, Swing | None]:
-    """The carrier's flight, whose log begins early enough for a bird to swing in, and how one swung that pulled."""
+) -> tuple[Flight, BirdMotion | None]:
+    """Fly the carrier, with a log long enough for a bird to settle; return the motion of a bird that pulls."""
     if isinstance(scenario.pattern, TrackPattern):
-        return _fly_log(scenario, aircraft, track, ground), None
+        if track is None:
+            msg = f"pattern.file: {scenario.pattern.file} is read by load_scenario only"
+            raise RequestError(msg)
+        return fly_track(scenario, aircraft, track, ground, (MARGIN_S + settle_s(scenario), MARGIN_S)), None
     if isinstance(aircraft.facts, KinematicFacts):
         return fly_kinematic(scenario, aircraft, ground), None
     return fly_modeled(scenario, aircraft, bird, ground, progress)
 
 
-def _fly_log(scenario: Scenario, aircraft: Aircraft, track: TrackLog | None, ground: Ground | None) -> Flight:
-    if track is None:
-        msg = f"pattern.file: {scenario.pattern.file} is read by load_scenario only"
-        raise RequestError(msg)
-    return fly_track(scenario, aircraft, track, ground, (MARGIN_S + settle_s(scenario), MARGIN_S))
-
-
 def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
-    """Step the same flight model at the same rate for a time and do nothing else: the yardstick of speed."""
+    """Step the same flight model at the same rate for a time and do nothing else: the reference for speed."""
     facts = scenario.loading.apply(aircraft.facts)
+    assert isinstance(facts, Facts)
     ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
-    setup = plan(scenario, facts, ground).setup
+    setup = plan_flight(scenario, facts, ground).setup
     bare_steps(facts, setup, round(duration_s * setup.step_hz))

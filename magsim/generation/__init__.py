@@ -1,12 +1,13 @@
-"""Data sets: recipes, how they are built and described, and how a build is held against its manifest.
+"""Generation of many flights: tasks flown in processes, and data sets with their recipes, manifests and descriptions.
 
-A data set is a folder with a recipe: a list of flights in files. ``build`` flies it. Beside the recipe lie a manifest
-with the checksums that a machine of one kind gave, samples that every other machine must come close to, statistics,
-a card and Croissant metadata; all but the recipe and its scenarios are written by ``build(renew=True)``.
+``flying`` flies tasks and writes shards, for data sets and sweeps alike. A data set is a folder with a recipe, which
+lists flights in files, and ``build`` flies it. Beside the recipe are a manifest with the checksums from one kind of
+machine, samples that every other kind of machine must reproduce within tolerances, statistics, a card and Croissant
+metadata; ``build(renew=True)`` writes all of these.
 """
 
 from magsim.generation.builder import build
-from magsim.generation.comparison import Verdict, check_folder, reference_of
+from magsim.generation.comparison import Agreement, check_folder, reference_of
 from magsim.generation.recipe import LoadedRecipe, load_recipe
 
-__all__ = ["LoadedRecipe", "Verdict", "build", "check_folder", "load_recipe", "reference_of"]
+__all__ = ["Agreement", "LoadedRecipe", "build", "check_folder", "load_recipe", "reference_of"]

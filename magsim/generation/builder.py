@@ -1,4 +1,4 @@
-"""Building a data set: fly its recipe, write its files, and hold them against its manifest."""
+"""Building of a data set: fly its recipe, write its files, and compare them with its manifest."""
 
 import hashlib
 import shutil
@@ -8,10 +8,10 @@ from pathlib import Path
 from magsim import assets
 from magsim.dataset import MANIFEST, Manifest, read_manifest
 from magsim.errors import DataError, MagsimError, RequestError
-from magsim.generation.comparison import Reference, Verdict, compare, reference_of
+from magsim.generation.comparison import Agreement, Reference, compare, reference_of
 from magsim.generation.description import samples, statistics
 from magsim.generation.description.card import CARD, card
-from magsim.generation.description.contents import Survey, survey
+from magsim.generation.description.contents import Contents, contents_of
 from magsim.generation.description.croissant import CROISSANT, croissant
 from magsim.generation.description.samples import SAMPLES
 from magsim.generation.description.statistics import STATISTICS, Statistics
@@ -22,7 +22,7 @@ from magsim.storage import atomic_folder, atomic_write, check_folder_target
 from magsim.storage.machine import fingerprint
 
 DESCRIBING = (MANIFEST, STATISTICS, CARD, CROISSANT)
-"""Files that lie beside the recordings in a folder that was built."""
+"""Files beside the recordings in the folder of a built data set."""
 
 
 def build(
@@ -33,34 +33,34 @@ def build(
     force: bool = False,
     renew: bool = False,
     progress: Callable[[str], None] = lambda _line: None,
-) -> Verdict:
-    """Generate a data set into a folder, whole or not at all.
+) -> Agreement:
+    """Generate a data set into a folder, completely or not at all.
 
     Parameters
     ----------
     loaded : LoadedRecipe
     target : Path
-        The folder; what is around it is made.
+        The folder; its parents are made.
     jobs : int
         Processes that fly; the files do not depend on it.
     force : bool
-        Replace a data set that is there. A folder with anything else in it is never replaced.
+        Replace an existing data set. A folder with anything else in it is never replaced.
     renew : bool
-        Write the manifest and all that goes with it into the folder of the recipe, instead of comparing with it.
+        Write a new manifest and everything that belongs to it into the folder of the recipe, instead of comparing.
     progress : callable
         Called with one line after each flight.
 
     Returns
     -------
-    Verdict
-        How it agrees with the manifest.
+    Agreement
+        Agreement with the manifest.
 
     Raises
     ------
     RequestError
-        If it cannot be written, or the recipe's folder is not to be written to.
+        If it cannot be written, or the recipe is part of an installed package.
     DataError
-        If a flight fails, or what came out is not what the manifest says. Nothing is left then.
+        If a flight fails, or the result differs from the manifest. Nothing is written then.
     """
     target = Path(target).absolute()
     if renew:
@@ -72,28 +72,28 @@ def build(
     check_folder_target(target, force=force)
     if reference is not None:
         _check_space(target, reference.manifest)
-    outcome: list[Verdict] = []
+    agreements: list[Agreement] = []
 
     def write(folder: Path) -> None:
         write_shards(loaded.tasks, folder, jobs=jobs, check=_check_splits, progress=progress)
         count = reference.count if reference else loaded.recipe.samples
-        found = survey(folder, loaded.name, fingerprint(), count)
+        found = contents_of(folder, loaded.name, fingerprint(), count)
         if reference is not None:
-            outcome.append(compare(found, reference))
+            agreements.append(compare(found, reference))
         write_describing(loaded, found, folder)
         if renew:
             write_describing(loaded, found, loaded.folder)
             _write(loaded.folder / SAMPLES, samples.to_text(found.samples))
 
     atomic_folder(target, write, force=force)
-    if outcome:
-        return outcome[0]
-    what = f"its manifest in {loaded.folder} is new" if renew else "there is no manifest to compare with"
-    return Verdict("own", what)
+    if agreements:
+        return agreements[0]
+    text = f"its manifest in {loaded.folder} is new" if renew else "there is no manifest to compare with"
+    return Agreement("own", text)
 
 
 def check_renewable(folder: Path) -> None:
-    """Refuse to write into an installed package.
+    """Raise an error for a recipe in an installed package, which is never written to.
 
     Raises
     ------
@@ -106,28 +106,30 @@ def check_renewable(folder: Path) -> None:
 
 
 def check_recipe(loaded: LoadedRecipe, reference: Reference) -> None:
-    """Refuse a manifest of other flights, before any is flown.
+    """Raise an error if a manifest is of other flights, before any is flown.
 
     Raises
     ------
     DataError
-        If recipe, scenarios or aircraft were changed since the manifest was made.
+        If recipe, scenarios or aircraft have changed since the manifest was made.
     """
     files = reference.manifest.files
     listed = [(entry.name, flight.name, flight.digest) for entry in files for flight in entry.flights]
     tasks = sorted(loaded.tasks, key=lambda task: task.shard)
-    now = [(f"{task.shard}.h5", task.name, task.digest) for task in tasks]
-    if listed != now:
-        odd = next((one for one in now if one not in listed), None) or next(one for one in listed if one not in now)
+    wanted = [(f"{task.shard}.h5", task.name, task.digest) for task in tasks]
+    if listed != wanted:
+        odd = next((one for one in wanted if one not in listed), None) or next(
+            one for one in listed if one not in wanted
+        )
         msg = (
-            f"{reference.path}: was made from another recipe, scenario or aircraft than those of now "
-            f"(flight {odd[1]}); magsim dataset build {loaded.folder} --renew makes it anew"
+            f"{reference.path}: was made from another recipe, scenario or aircraft than the present ones "
+            f"(flight {odd[1]}); magsim dataset build {loaded.folder} --renew makes a new one"
         )
         raise DataError(msg)
 
 
 def _check_replaceable(target: Path, *, force: bool) -> None:
-    """With force, only what a build wrote may be replaced."""
+    """Raise an error, with force, unless the folder holds only files that a build wrote."""
     if not force or not target.is_dir():
         return
     present = sorted(path.name for path in target.iterdir())
@@ -155,25 +157,25 @@ def _check_splits(task: RecipeTask, recording: Recording) -> None:
     splits = {word for word in ("train", "valid", "test") if recording.mask(split=word).any()}
     if splits != task.splits:
         msg = (
-            f"flight {task.name}: its rows have the splits {', '.join(sorted(splits))}; the recipe says "
+            f"flight {task.name}: its rows have the splits {', '.join(sorted(splits))}; the recipe states "
             f"{', '.join(sorted(task.splits))} (recording.train_circuits and valid_legs of the scenario decide)"
         )
         raise DataError(msg)
 
 
 def describe(loaded: LoadedRecipe, manifest: Manifest, table: Statistics) -> dict[str, str]:
-    """Texts of the files that describe a data set, by name: a pure function of recipe, manifest and statistics."""
-    told = statistics.to_text(table)
-    digest = hashlib.sha256(told.encode()).hexdigest()
+    """Return the texts of the files that describe a data set, by name: a pure function of its arguments."""
+    text = statistics.to_text(table)
+    digest = hashlib.sha256(text.encode()).hexdigest()
     return {
         MANIFEST: manifest.to_json(),
-        STATISTICS: told,
+        STATISTICS: text,
         CARD: card(loaded, manifest, table),
         CROISSANT: croissant(loaded, manifest, table, digest),
     }
 
 
-def write_describing(loaded: LoadedRecipe, found: Survey, folder: Path) -> None:
+def write_describing(loaded: LoadedRecipe, found: Contents, folder: Path) -> None:
     """Write manifest, statistics, card and Croissant metadata into a folder."""
     for name, text in describe(loaded, found.manifest, found.statistics).items():
         _write(folder / name, text)

@@ -1,4 +1,4 @@
-"""Whether a data set is what a manifest says: in every byte, or within the tolerances of another machine."""
+"""Comparison of a data set with its manifest: in every byte, or within tolerances on another kind of machine."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,23 +8,23 @@ from magsim import columns
 from magsim.dataset import MANIFEST, Dataset, FileEntry, FlightEntry, Manifest, read_manifest
 from magsim.errors import DataError, RequestError
 from magsim.generation.description import samples, statistics
-from magsim.generation.description.contents import Survey, survey
+from magsim.generation.description.contents import Contents, contents_of
 from magsim.generation.description.samples import SAMPLES, Samples
 from magsim.storage.machine import differences
 
 MOST = 20
-"""Differences that are told."""
+"""Most differences that are listed."""
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """How a data set agrees with a manifest.
+class Agreement:
+    """Agreement of a data set with a manifest.
 
     Attributes
     ----------
     kind : str
-        ``bytes``: every file is identical. ``samples``: another kind of machine made it, and its numbers agree.
-        ``own``: there was no manifest but the one beside the files.
+        ``bytes``: every file is identical. ``samples``: another kind of machine made it, and its samples agree.
+        ``own``: there was no other manifest than the one beside the files.
     text : str
         For people, one line.
     worst_nt : float
@@ -38,7 +38,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Reference:
-    """A manifest with its samples: what a data set shall be."""
+    """A manifest with its samples, to compare a data set with."""
 
     path: Path
     manifest: Manifest
@@ -46,14 +46,14 @@ class Reference:
 
     @classmethod
     def read(cls, folder: Path) -> "Reference":
-        """Read both from the folder of a recipe.
+        """Read manifest and samples from the folder of a recipe.
 
         Raises
         ------
         RequestError
-            If they are not there.
+            If they do not exist.
         DataError
-            If they are broken, or do not belong together.
+            If they are damaged, or do not belong together.
         """
         manifest, kept = read_manifest(folder / MANIFEST), samples.read(folder / SAMPLES)
         count = max((len(line.values) for line in kept.values()), default=0)
@@ -68,12 +68,12 @@ class Reference:
 
     @property
     def count(self) -> int:
-        """Rows of the longest flight that are kept."""
+        """Number of sampled rows of the longest flight."""
         return max(len(line.values) for line in self.samples.values())
 
 
-def compare(found: Survey, reference: Reference) -> Verdict:
-    """Hold a data set against the manifest that it shall have.
+def compare(found: Contents, reference: Reference) -> Agreement:
+    """Compare a data set with its manifest.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def compare(found: Survey, reference: Reference) -> Verdict:
     files = f"{len(wanted.files)} files" if len(wanted.files) > 1 else "1 file"
     pairs = list(zip(found.manifest.files, wanted.files, strict=True))
     if all(one.sha256 == other.sha256 for one, other in pairs):
-        return Verdict("bytes", f"{files}, identical in every byte to the manifest")
+        return Agreement("bytes", f"{files}, identical in every byte to the manifest")
     other_machine = differences(found.manifest.made_on, wanted.made_on)
     if not other_machine:
         raise _differs(reference, [_first_difference(one, found, reference) for one, other in pairs if one != other])
@@ -99,7 +99,7 @@ def compare(found: Survey, reference: Reference) -> Verdict:
         f"{samples.TOLERANCES['nT']:g} allowed; the bytes differ, for another kind of machine made the manifest "
         f"({'; '.join(other_machine)})"
     )
-    return Verdict("samples", text, worst_nt)
+    return Agreement("samples", text, worst_nt)
 
 
 def _differs(reference: Reference, lines: list[str], *more: str) -> DataError:
@@ -108,7 +108,7 @@ def _differs(reference: Reference, lines: list[str], *more: str) -> DataError:
 
 
 def _structure(found: Manifest, wanted: Manifest) -> Iterator[str]:
-    """Differences in files, flights, rows and splits."""
+    """Yield differences in files, flights, rows and splits."""
     here, there = ({entry.name: entry for entry in manifest.files} for manifest in (found, wanted))
     yield from (f"{name}: is missing" for name in there if name not in here)
     yield from (f"{name}: is not part of it" for name in here if name not in there)
@@ -122,39 +122,39 @@ def _structure(found: Manifest, wanted: Manifest) -> Iterator[str]:
             continue
         for one, other in zip(entry.flights, there[name].flights, strict=True):
             if (one.rows, one.splits) != (other.rows, other.splits):
-                yield f"{name}: flight {one.name} has {_told(one)}; expected {_told(other)}"
+                yield f"{name}: flight {one.name} has {_splits(one)}; expected {_splits(other)}"
 
 
-def _told(flight: FlightEntry) -> str:
+def _splits(flight: FlightEntry) -> str:
     return f"{flight.rows} rows, {', '.join(f'{count} {word}' for word, count in flight.splits.items())}"
 
 
-def _first_difference(entry: FileEntry, found: Survey, reference: Reference) -> str:
-    """The first column of a file that is not the same in every bit, and where that shows."""
-    said = f"{entry.name}: is not identical in every byte, though the same kind of machine made it"
+def _first_difference(entry: FileEntry, found: Contents, reference: Reference) -> str:
+    """Describe the first column of a file that differs in any bit, and its first sample that differs."""
+    text = f"{entry.name}: is not identical in every byte, though the same kind of machine made it"
     for flight in entry.flights:
         here, there = (_columns(kept, flight.name) for kept in (found.samples, reference.samples))
         if list(here) != list(there):
             odd = sorted(set(here) ^ set(there)) or ["another order"]
-            return f"{said}; flight {flight.name}: columns differ: {', '.join(odd[:5])}"
+            return f"{text}; flight {flight.name}: columns differ: {', '.join(odd[:5])}"
         for column, line in here.items():
             if line.digest == there[column].digest:
                 continue
-            said += f"; flight {flight.name}, column {column}"
+            text += f"; flight {flight.name}, column {column}"
             rows = samples.sampled_rows(flight.rows, len(there[column].values)).tolist()
             for row, one, other in zip(rows, line.values, there[column].values, strict=True):
                 if one != other:
-                    return f"{said}: row {row} is {one:.12g}, in the manifest {other:.12g}"
-            return f"{said}: by less than the digits of the rows that are kept, or between them"
-    return f"{said}; all columns are the same in every bit: what is told about the flights differs"
+                    return f"{text}: row {row} is {one:.12g}, in the manifest {other:.12g}"
+            return f"{text}: by less than the digits of the sampled rows, or between them"
+    return f"{text}; all columns are the same in every bit: the metadata of the flights differ"
 
 
-def _columns(kept: Samples, flight: str) -> dict[str, samples.Line]:
+def _columns(kept: Samples, flight: str) -> dict[str, samples.ColumnSample]:
     return {column: line for (name, column), line in kept.items() if name == flight}
 
 
-def _out_of_tolerance(found: Survey, reference: Reference) -> tuple[list[str], float]:
-    """Every column that does not agree, and the largest difference of all samples in nT."""
+def _out_of_tolerance(found: Contents, reference: Reference) -> tuple[list[str], float]:
+    """Describe every column that does not agree, and return the largest difference of all samples in nT."""
     lines: list[str] = []
     worst_nt = 0.0
     file_of = {flight.name: entry.name for entry in found.manifest.files for flight in entry.flights}
@@ -165,17 +165,17 @@ def _out_of_tolerance(found: Survey, reference: Reference) -> tuple[list[str], f
             lines.append(f"{where}: columns differ: {', '.join(sorted(set(here) ^ set(there))[:5])}")
             continue
         for column, line in here.items():
-            apart, said = _apart(column, line, there[column], entry.rows)
-            if said:
-                lines.append(f"{where}, column {column}: {said}")
-            if columns.find(column).unit == "nT":
+            apart, problem = _apart(column, line, there[column], entry.rows)
+            if problem:
+                lines.append(f"{where}, column {column}: {problem}")
+            if columns.family_of(column).unit == "nT":
                 worst_nt = max(worst_nt, apart)
     return lines, worst_nt
 
 
-def _apart(column: str, line: samples.Line, wanted: samples.Line, rows: int) -> tuple[float, str]:
-    """Largest difference of the rows that are kept, and what is wrong with the column, if anything."""
-    allowed, unit = samples.tolerance(column), columns.find(column).unit
+def _apart(column: str, line: samples.ColumnSample, wanted: samples.ColumnSample, rows: int) -> tuple[float, str]:
+    """Return the largest difference of the sampled rows, and what is wrong with the column; empty if nothing."""
+    allowed, unit = samples.tolerance(column), columns.family_of(column).unit
     pairs = zip(line.values, wanted.values, strict=True)
     apart = [samples.distance(column, one, other) for one, other in pairs]
     numbers = samples.sampled_rows(rows, len(wanted.values)).tolist()
@@ -188,11 +188,10 @@ def _apart(column: str, line: samples.Line, wanted: samples.Line, rows: int) -> 
     return max(apart), ""
 
 
-def check_folder(folder: Path, reference: Reference | None) -> Verdict:
-    """Check a data set that was built before.
+def check_folder(folder: Path, reference: Reference | None) -> Agreement:
+    """Check an existing data set.
 
-    Its files are held against their own checksums, against the manifest that lies beside them, and against the one that
-    the data set shall have, if that is known.
+    Its files are compared with their own checksums, with the manifest beside them, and with the reference, if given.
 
     Parameters
     ----------
@@ -202,34 +201,34 @@ def check_folder(folder: Path, reference: Reference | None) -> Verdict:
     Raises
     ------
     RequestError
-        If it is no folder of a data set.
+        If the folder is no data set.
     DataError
         If anything differs: one line for each difference.
     """
     dataset = Dataset(folder)
     own = dataset.manifest
-    found = survey(folder, own.dataset, own.made_on, reference.count if reference else 2)
+    found = contents_of(folder, own.dataset, own.made_on, reference.count if reference else 2)
     if reference is not None:
-        verdict = compare(found, reference)
+        agreement = compare(found, reference)
     else:
-        verdict = Verdict("own", f"as {MANIFEST} beside the files lists them; there is no recipe to compare with")
+        agreement = Agreement("own", f"as {MANIFEST} beside the files lists them; there is no recipe to compare with")
     dataset.check()
-    told = folder / statistics.STATISTICS
-    if told.is_file() and told.read_bytes() != statistics.to_text(found.statistics).encode():
-        msg = f"{told}: is not the statistics of these files"
+    table = folder / statistics.STATISTICS
+    if table.is_file() and table.read_bytes() != statistics.to_text(found.statistics).encode():
+        msg = f"{table}: is not the statistics of these files"
         raise DataError(msg)
-    return verdict
+    return agreement
 
 
 def reference_of(dataset: str, folder: Path | None) -> Reference | None:
-    """What a data set of a name shall be; None where its recipe has no manifest.
+    """Return the reference of a data set; None if its recipe has no manifest.
 
     Raises
     ------
     RequestError
         If the recipe is of another data set.
     DataError
-        If the manifest is broken.
+        If the manifest is damaged.
     """
     if folder is None or not (folder / MANIFEST).is_file():
         return None

@@ -106,7 +106,7 @@ def fly_all(tasks: Sequence[FlightTask], jobs: int = 1) -> Iterator[Recording]:
                 waiting.extend(pool.submit(fly, task) for task in islice(remaining, 1))
                 yield recording
         except BrokenProcessPool:
-            msg = "a process that flew was ended from outside; is there enough memory? --jobs 1 needs least"
+            msg = "a process that flew was killed from outside; is there enough memory? --jobs 1 needs least"
             raise DataError(msg) from None
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -121,7 +121,12 @@ def _start_process() -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
     if parent is not None:
-        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+        def end_with_parent() -> None:
+            parent.join()
+            os._exit(1)
+
+        threading.Thread(target=end_with_parent, daemon=True).start()
 
 
 def write_shards(

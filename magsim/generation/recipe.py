@@ -1,4 +1,4 @@
-"""Recipes: which flights make a data set, in which files, and what people must know about it."""
+"""Recipes: the flights of a data set, their files, and what a user must know about it."""
 
 import re
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from magsim.generation.flying import FlightTask
 from magsim.loading import LoadedScenario, load_scenario
 
 RECIPE = "recipe.toml"
-"""Name of the file that makes a folder a data set's."""
+"""Name of the file that makes a folder a data set."""
 
 LONGEST_NAME = 40
 
@@ -32,9 +32,9 @@ class FlightRecipe(Strict):
     scenario: str = Field(
         min_length=1, description="name of a shipped scenario, or a file beside the recipe that ends with .toml"
     )
-    set_: Texts = Field(default=(), alias="set", description="settings laid over the scenario, as with --set")
+    set_: Texts = Field(default=(), alias="set", description="settings that replace the scenario's, as with --set")
     splits: Annotated[tuple[Literal["train", "valid", "test"], ...], Field(strict=False, min_length=1)] = Field(
-        description="every split that its rows must have, and no other"
+        description="every split that its rows must have; no other is allowed"
     )
 
 
@@ -42,7 +42,7 @@ class ShardRecipe(Strict):
     """One file of flights."""
 
     name: Name
-    note: str = Field(default="", description="what is in it, for the card")
+    note: str = Field(default="", description="its content, for the card")
     set_: Texts = Field(default=(), alias="set", description="settings of all its flights")
     flights: Annotated[tuple[FlightRecipe, ...], Field(strict=False, min_length=1)]
 
@@ -58,9 +58,9 @@ class Recipe(Strict):
     license: str = Field(default="CC-BY-4.0", pattern=r"^[A-Za-z0-9.+-]+$", description="an SPDX identifier")
     creator: str = Field(default="The magsim developers", min_length=1)
     keywords: Texts = ()
-    uses: Texts = Field(default=(), description="what it is good for, a sentence each")
-    limits: Texts = Field(default=(), description="what it cannot tell, a sentence each")
-    samples: int = Field(default=20, ge=2, le=1000, description="rows of each flight that samples.csv keeps")
+    uses: Texts = Field(default=(), description="intended uses, a sentence each")
+    limits: Texts = Field(default=(), description="limits, a sentence each")
+    samples: int = Field(default=20, ge=2, le=1000, description="rows of each flight in samples.csv")
     shards: Annotated[tuple[ShardRecipe, ...], Field(strict=False, min_length=1)]
 
 
@@ -82,12 +82,12 @@ class RecipeTask(FlightTask):
 
 @dataclass(frozen=True)
 class LoadedRecipe:
-    """A recipe with its place and its flights.
+    """A recipe with its folder and its flights.
 
     Attributes
     ----------
     name : str
-        Name of the data set: that of the folder.
+        Name of the data set, which is that of the folder.
     folder : Path
     recipe : Recipe
     tasks : tuple of RecipeTask
@@ -138,12 +138,12 @@ def load_recipe(name_or_path: str | Path) -> LoadedRecipe:
 
 
 def _tables(value: object) -> list[dict[str, object]]:
-    """Tables of a list; none where it is no list, and an empty one for what is no table."""
+    """Return the tables of a list; an empty one for anything else in it, and none if it is no list."""
     return [item if isinstance(item, dict) else {} for item in value] if isinstance(value, list) else []
 
 
 def _double_names(document: Document) -> Iterator[tuple[str, str]]:
-    """Files and flights whose names are taken."""
+    """Yield the problems with names that are used twice."""
     seen = set()
     for i, shard in enumerate(_tables(document.table.get("shards"))):
         places = [(f"shards[{i}].name", "file", shard.get("name"))]
@@ -156,7 +156,7 @@ def _double_names(document: Document) -> Iterator[tuple[str, str]]:
 
 
 def _named_scenarios(document: Document, folder: Path) -> Iterator[tuple[int, int, Path, tuple[str, ...]]]:
-    """Scenarios of the flights that are written well enough: the others are told with what is wrong in the recipe."""
+    """Yield the scenarios of valid flights; validation of the whole recipe reports the others."""
     for i, shard in enumerate(_tables(document.table.get("shards"))):
         for j, table in enumerate(_tables(shard.get("flights"))):
             try:
@@ -168,7 +168,7 @@ def _named_scenarios(document: Document, folder: Path) -> Iterator[tuple[int, in
 
 
 def _scenario_path(text: str, folder: Path) -> Path:
-    """File of a scenario: beside the recipe, or a shipped one whatever lies in the working folder."""
+    """Return the file of a scenario: beside the recipe, or a shipped one; the working folder does not matter."""
     if text.endswith(".toml"):
         return folder / text
     return assets.ROOT / "scenarios" / f"{text}.toml" if text in assets.list_scenarios() else folder / text

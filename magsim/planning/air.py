@@ -7,11 +7,11 @@ from magsim.scenario import Air, Start
 from magsim.scenario.air import wind_at
 
 REACH_M = 200.0
-"""Heights this far from the start's are taken for flown when the wind is held against the airspeed."""
+"""Heights this far from the start's count as flown where the wind is compared with the airspeed."""
 
 
 def check_wind(air: Air, start: Start, also_m: Sequence[float] = ()) -> Iterator[tuple[str, str]]:
-    """The wind must leave a motion over ground on every course, at the start's height and at others."""
+    """Yield a problem where the wind is no slower than the airspeed, at the start's height or at others."""
     flown = (start.alt_m, *also_m)
     heights = (*flown, max(0.0, min(flown) - REACH_M), max(flown) + REACH_M)
     steady, height = max((math.hypot(*wind_at(air, start, height)), height) for height in heights)
@@ -33,7 +33,7 @@ def check_wind(air: Air, start: Start, also_m: Sequence[float] = ()) -> Iterator
 
 
 def check_still(air: Air, name: str) -> Iterator[tuple[str, str]]:
-    """What the air of a kinematic carrier cannot have: it moves with the steady wind alone."""
+    """Yield the kinds of moving air that a kinematic carrier cannot have: only steady wind moves it."""
     moving = {
         "turbulence_severity": air.turbulence_severity != 0,
         "gusts": bool(air.gusts),

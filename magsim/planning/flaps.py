@@ -16,7 +16,7 @@ def check_moves(
     circuits: int,
     legs: int,
 ) -> Iterator[tuple[str, str]]:
-    """Problems of flap moves: key within ``flight``, and text.
+    """Yield the problems of flap moves: key within ``flight``, and text.
 
     Parameters
     ----------

@@ -67,8 +67,7 @@ class FlyableScenario(Scenario):
     @classmethod
     def _wind_is_slower(cls, air: Air, info: ValidationInfo) -> Air:
         start, pattern = info.data.get("start"), info.data.get("pattern")
-        legs = pattern and not isinstance(pattern, TrackPattern)
-        heights = heights_of(pattern, start) if start and legs else ()
+        heights = heights_of(pattern, start) if start and pattern and not isinstance(pattern, TrackPattern) else ()
         found = [*check_wind(air, start, heights)] if start else []
         aircraft = aircraft_of(info)
         if aircraft and isinstance(aircraft.facts, KinematicFacts):

@@ -10,18 +10,18 @@ from magsim.signals import BAND_HZ
 
 
 def slowest_mps(start: Start, air: Air) -> float:
-    """Slowest speed over ground that the airspeed and the steady wind make [m/s]."""
+    """Return the slowest speed over ground that airspeed and steady wind make [m/s]."""
     heights = (start.alt_m, max(0.0, start.alt_m - REACH_M), start.alt_m + REACH_M)
     return start.speed_mps - max(math.hypot(*wind_at(air, start, height)) for height in heights)
 
 
 def shortest_crust_m(crust: Crust, start: Start, air: Air) -> float:
-    """Shortest wavelength of the crust [m]: as set, or what the slowest speed turns into the top of the band."""
+    """Return the shortest wavelength of the crust [m]: as set, or slowest speed over the top of the band."""
     return slowest_mps(start, air) / BAND_HZ[1] if crust.shortest_m is None else crust.shortest_m
 
 
 def check_crust(crust: Crust, start: Start, air: Air) -> Iterator[tuple[str, str]]:
-    """There must be geology in the whole compensation band."""
+    """Yield the problems of a crust that does not fill the compensation band."""
     slowest = slowest_mps(start, air)
     most = slowest / BAND_HZ[1]
     if crust.shortest_m is None:
@@ -36,7 +36,7 @@ def check_crust(crust: Crust, start: Start, air: Air) -> Iterator[tuple[str, str
 
 
 def check_targets(targets: Sequence[Target]) -> Iterator[tuple[str, str]]:
-    """Names tell bodies apart in messages."""
+    """Yield a problem for each target whose name another target has."""
     names = [target.name for target in targets]
     for i, name in enumerate(names):
         if name in names[:i]:

@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 
 from magsim.planning.schedule import needed_s
-from magsim.scenario import Cloverleaf, PatternBase, Start
+from magsim.scenario import Cloverleaf, LegPattern, Start
 from magsim.scenario.patterns import LONGEST_LEG_M, Maneuvering
 
 
-def check_fit(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
-    """Maneuvers must fit into the legs."""
+def check_fit(pattern: LegPattern, start: Start) -> Iterator[tuple[str, str]]:
+    """Yield a problem for the first leg that is too short for its maneuvers."""
     for leg in range(pattern.legs * pattern.circuits):
         available = pattern.leg_m / start.speed_mps
         needed = needed_s(pattern, leg, available)
@@ -22,8 +22,8 @@ def check_fit(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
             return
 
 
-def shortest_leg_m(pattern: PatternBase, speed_mps: float) -> float | None:
-    """Length that every leg must have for its maneuvers at a speed over ground, in steps of 10 m; None if none does."""
+def shortest_leg_m(pattern: LegPattern, speed_mps: float) -> float | None:
+    """Return the leg length that all maneuvers fit into at a speed over ground, in steps of 10 m; None if none does."""
     legs = range(pattern.legs * min(pattern.circuits, 25))
 
     def needed_m(length: float) -> float:
@@ -47,8 +47,8 @@ def shortest_leg_m(pattern: PatternBase, speed_mps: float) -> float | None:
     return length
 
 
-def legs_allowed(pattern: PatternBase, speed_mps: float) -> str:
-    """How long the legs must be, in words."""
+def legs_allowed(pattern: LegPattern, speed_mps: float) -> str:
+    """Return the allowed leg length in words."""
     length = shortest_leg_m(pattern, speed_mps)
     if length is None:
         return "allowed: shorter trains"

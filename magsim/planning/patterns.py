@@ -5,19 +5,19 @@ from collections.abc import Iterator
 from magsim.aircraft import Aircraft
 from magsim.planning.legs import check_fit
 from magsim.planning.loads import check_loads
-from magsim.scenario import PatternBase, PatternSequence, Start, SurveyPattern, TrackPattern, parts_of
+from magsim.scenario import LegPattern, PatternSequence, Start, SurveyPattern, TrackPattern, parts_of
 
 
-def heights_of(pattern: PatternBase | PatternSequence, start: Start) -> tuple[float, ...]:
-    """Heights of the level parts of a flight, with that of the start [m]."""
+def heights_of(pattern: LegPattern | PatternSequence, start: Start) -> tuple[float, ...]:
+    """Return the heights of the level parts of a flight, with that of the start [m]."""
     heights = [part.height_m(start.alt_m) for part in parts_of(pattern)]
     return (start.alt_m, *(height for height in heights if height is not None))
 
 
 def check_pattern(
-    pattern: PatternBase | PatternSequence, start: Start, aircraft: Aircraft | None
+    pattern: LegPattern | PatternSequence, start: Start, aircraft: Aircraft | None
 ) -> Iterator[tuple[str, str]]:
-    """Problems of a pattern: key within it, and text."""
+    """Yield the problems of a pattern: key within it, and text."""
     for number, part in enumerate(parts_of(pattern)):
         prefix = f"parts[{number}]." if isinstance(pattern, PatternSequence) else ""
         if not number and part.alt_m not in (None, start.alt_m):
@@ -28,8 +28,8 @@ def check_pattern(
                 yield prefix + key, text
 
 
-def check_surveys(pattern: PatternBase | PatternSequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
-    """Tie lines must cross the lines; a drape needs the ground."""
+def check_surveys(pattern: LegPattern | PatternSequence, *, has_ground: bool) -> Iterator[tuple[str, str]]:
+    """Yield tie lines that do not cross the lines, and drapes without a ground to follow."""
     for number, part in enumerate(parts_of(pattern)):
         if not isinstance(part, SurveyPattern):
             continue
@@ -50,8 +50,8 @@ def check_surveys(pattern: PatternBase | PatternSequence, *, has_ground: bool) -
             yield f"{prefix}alt_m", "a draped survey follows the ground; allowed: drape_m or alt_m"
 
 
-def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]]:
-    """A pattern that is named after its headings must have them."""
+def check_course(pattern: LegPattern, start: Start) -> Iterator[tuple[str, str]]:
+    """Yield a problem where a pattern that is named after its headings has others."""
     course = pattern.course(start)
     if pattern.courses_deg is not None:
         step, first = pattern.courses_deg
@@ -65,6 +65,6 @@ def check_course(pattern: PatternBase, start: Start) -> Iterator[tuple[str, str]
 
 
 def check_track(pattern: TrackPattern, *, has_ground: bool) -> Iterator[tuple[str, str]]:
-    """Heights above the sea need the geoid."""
+    """Yield a problem where heights above the sea have no geoid."""
     if pattern.heights == "sea" and not has_ground:
         yield "heights", "heights above the sea need the geoid; allowed: with a table [terrain] and its geoid_m"

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from magsim.scenario import Combined, PatternBase, PhasedOscillation, Train
+from magsim.scenario import Combined, LegPattern, PhasedOscillation, Train
 
 CENTER_MARGIN_S = 2.0
 """Added to the quiet around a center when a leg is planned: its time is foreseen from the steady wind."""
@@ -23,12 +23,12 @@ class ScheduledOscillation:
     ease_out_s: float
 
 
-def schedule(pattern: PatternBase, index: int, leg_s: float) -> tuple[list[ScheduledOscillation], float]:
-    """Swings of a leg, in the order in which they begin to rise, and the end of the last one [s].
+def schedule(pattern: LegPattern, index: int, leg_s: float) -> tuple[list[ScheduledOscillation], float]:
+    """Return the oscillations of a leg, in the order in which they begin to rise, and the end of the last one [s].
 
     Parameters
     ----------
-    pattern : PatternBase
+    pattern : LegPattern
     index : int
         Of the leg, counted from 0 over the pattern.
     leg_s : float
@@ -70,7 +70,7 @@ def _share(one: Train | Combined, other: Train | Combined) -> bool:
     return bool({swing.axis for swing in one.swings} & {swing.axis for swing in other.swings})
 
 
-def needed_s(pattern: PatternBase, index: int, leg_s: float) -> float:
-    """Time that the maneuvers of a leg take from its beginning, with the rest after the last [s]."""
+def needed_s(pattern: LegPattern, index: int, leg_s: float) -> float:
+    """Return the time that the maneuvers of a leg take from its beginning, with the rest after the last [s]."""
     _, end = schedule(pattern, index, leg_s)
     return end + pattern.maneuvers[-1].rest_s if pattern.maneuvers else pattern.lead_s

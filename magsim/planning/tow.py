@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from magsim.aircraft import Aircraft, Bird
-from magsim.scenario import PatternBase, Start, Tow
+from magsim.scenario import LegPattern, Start, Tow
 from magsim.units import G0
 
 WHIP_G = 0.35
@@ -15,9 +15,9 @@ A bowed rope snaps tight well before it goes slack, which it does from 0.65 g on
 
 
 def check_tow(
-    tow: Tow, start: Start, parts: tuple[PatternBase, ...], bird: Bird | None, *, kinematic: bool
+    tow: Tow, start: Start, parts: tuple[LegPattern, ...], bird: Bird | None, *, kinematic: bool
 ) -> Iterator[tuple[str, str]]:
-    """Problems of a tow with its flight: key within ``tow``, and text."""
+    """Yield the problems of a tow with its flight: key within ``tow``, and text."""
     if kinematic and tow.coupling == "two_way":
         yield "coupling", "a carrier without a flight model feels no rope; allowed: 'one_way'"
     if tow.coupling == "two_way" and tow.step_hz is not None:
@@ -33,7 +33,7 @@ def check_tow(
 
 
 def check_names(aircraft: Aircraft, bird: Bird | None) -> Iterator[tuple[str, str]]:
-    """Feeders and buses of carrier and bird must differ in name: both become columns."""
+    """Yield feeders and buses of carrier and bird with the same name: both become columns."""
     for kind in ("feeders", "buses"):
         above, below = ({item.name for item in getattr(v.magnetics, kind)} if v else set() for v in (aircraft, bird))
         double = ", ".join(sorted(above & below))
@@ -41,8 +41,8 @@ def check_names(aircraft: Aircraft, bird: Bird | None) -> Iterator[tuple[str, st
             yield "bird", f"{aircraft.name} has {kind} of the same name: {double}; allowed: names of its own"
 
 
-def _whip(pattern: PatternBase, start: Start) -> str:
-    """What is wrong with pitch maneuvers above a rope, or nothing."""
+def _whip(pattern: LegPattern, start: Start) -> str:
+    """Return the problem of pitch maneuvers above a rope, or an empty text."""
     per_deg = start.speed_mps * math.radians(1.0) * 2.0 * math.pi / G0
     for train in pattern.maneuvers:
         for swing in train.swings:

@@ -6,6 +6,7 @@ file and line. Limits that belong to the aircraft are checked in the same pass: 
 """
 
 from magsim.scenario.air import Air, Gust, LinearShear, LogShear, RandomGusts
+from magsim.scenario.base import FieldPart
 from magsim.scenario.electronics import Electronics
 from magsim.scenario.flaps import FlapMove
 from magsim.scenario.geology import Crust, DipoleTarget, PrismTarget, SphereTarget, Target
@@ -42,7 +43,7 @@ from magsim.scenario.patterns import (
     parts_of,
 )
 from magsim.scenario.payload import Loading
-from magsim.scenario.physics import Earth, EddyPart, FieldPart, FieldSettings
+from magsim.scenario.physics import Earth, EddyPart, FieldSettings, MemoryPart
 from magsim.scenario.place import GroundPoint
 from magsim.scenario.start import FlightSettings, Start, Sway
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
@@ -90,6 +91,7 @@ __all__ = [
     "Loading",
     "LogShear",
     "Maneuver",
+    "MemoryPart",
     "Oscillation",
     "Pattern",
     "PatternBase",

@@ -1,7 +1,7 @@
 """The air: steady wind, shear, gusts, turbulence.
 
 Wind is the motion of the air over ground, to north, east and down. ``wind_*_mps`` is the wind at the height of the
-start; shear says what it is at other heights.
+start; shear makes it differ at other heights.
 """
 
 import math
@@ -89,7 +89,7 @@ class Air(Strict):
         return self.wind_north_mps, self.wind_east_mps
 
     def strongest_gust_mps(self) -> float:
-        """The most that gusts can add to the horizontal wind [m/s]."""
+        """Return the most that gusts can add to the horizontal wind [m/s]."""
         ends = [(gust, gust.at_s, gust.at_s + gust.duration_s) for gust in self.gusts]
         together = [
             math.fsum(math.hypot(g.north_mps, g.east_mps) for g, start, stop in ends if start <= moment < stop)
@@ -100,13 +100,13 @@ class Air(Strict):
 
 
 def log_factor(height_m: float, shear: LogShear) -> float:
-    """Wind of the logarithmic profile at a height above ground, to some scale."""
+    """Return the wind of the logarithmic profile at a height above ground, to some scale."""
     height = min(max(height_m, 2.0 * shear.roughness_m), shear.top_m)
     return math.log(height / shear.roughness_m)
 
 
 def wind_at(air: Air, start: Start, alt_m: float, ground_m: float = 0.0) -> tuple[float, float]:
-    """Steady wind to north and east [m/s] at a height above the ellipsoid, over ground of a given height."""
+    """Return the steady wind to north and east [m/s] at a height above the ellipsoid, over ground of a given height."""
     north, east = air.wind_mps
     if isinstance(air.shear, LinearShear):
         above = alt_m - start.alt_m

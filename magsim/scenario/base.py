@@ -1,4 +1,4 @@
-"""What the models of a scenario share."""
+"""Types and helpers that the models of a scenario share."""
 
 from typing import Annotated
 
@@ -19,10 +19,10 @@ class FieldPart(Strict):
 
 
 def aircraft_of(info: ValidationInfo) -> Aircraft | None:
-    """The aircraft that a scenario is checked against, if it is known."""
+    """Return the aircraft that a scenario is checked against, if it is known."""
     return (info.context or {}).get("aircraft")
 
 
 def bird_of(info: ValidationInfo) -> Bird | None:
-    """The bird that a scenario is checked against, if there is one and it is known."""
+    """Return the bird that a scenario is checked against, if one is towed and known."""
     return (info.context or {}).get("bird")

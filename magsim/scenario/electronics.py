@@ -1,6 +1,6 @@
-"""The wiring of the aircraft in a scenario: on or off, and what its loads do otherwise than in the aircraft's file."""
+"""The wiring of the aircraft in a scenario: on or off, and parameters of loads that differ from the aircraft's file."""
 
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import Field, ValidationError, ValidationInfo, create_model, model_validator
 
@@ -11,21 +11,20 @@ from magsim.scenario.base import FieldPart, aircraft_of, bird_of
 
 
 def _parameters() -> dict[str, Any]:
-    """Every number of every load as a key that may be left out."""
+    """Return every number of every load as a key that may be left out."""
     out: dict[str, Any] = {}
     for load in LOADS:
         for name, info in load.model_fields.items():
             if info.annotation is float:
-                kinds = [
-                    other.model_fields["kind"].annotation.__args__[0] for other in LOADS if name in other.model_fields
-                ]
+                models = [other for other in LOADS if name in other.model_fields]
+                kinds = [get_args(other.model_fields["kind"].annotation)[0] for other in models]
                 text = f"of loads of kind {', '.join(kinds)}"
                 out[name] = (float | None, Field(default=None, description=text))
     return out
 
 
 class _Setting(Strict):
-    """What a scenario changes of one feeder; a key that is left out stays as the aircraft's file says."""
+    """Changes of one feeder; a key that is left out keeps the value of the aircraft's file."""
 
     enabled: bool = Field(default=True, description="false: the feeder carries no current")
 
@@ -51,7 +50,7 @@ class Electronics(FieldPart):
         return frozenset(name for name, setting in self.feeders.items() if not setting.enabled)
 
     def apply(self, feeders: tuple[Feeder, ...]) -> tuple[Feeder, ...]:
-        """The feeders of the aircraft with the parameters that are set here."""
+        """Return the feeders of the aircraft with the parameters that are set here."""
         return tuple(
             feeder.model_copy(update={"load": _changed(feeder, self.feeders[feeder.name])})
             if feeder.name in self.feeders
@@ -63,7 +62,7 @@ class Electronics(FieldPart):
     def _fits_the_aircraft(self, info: ValidationInfo) -> "Electronics":
         aircraft, bird = aircraft_of(info), bird_of(info)
         if aircraft:
-            # a feeder of either: their names differ, see magsim.scenario.tow
+            # a feeder of either: their names differ, see magsim.planning.tow
             feeders = aircraft.magnetics.feeders + (() if bird is None else bird.magnetics.feeders)
             unknown = f"{aircraft.name} has no such feeder"
             if bird is not None:
@@ -84,7 +83,7 @@ def _changed(feeder: Feeder, setting: _Setting) -> Strict:
 
 
 def _problems(name: str, setting: _Setting, unknown: str, feeders: tuple[Feeder, ...]) -> list[tuple[str, str]]:
-    """What does not fit: the feeder's name, keys that its load does not have, values beyond their limits."""
+    """Return what does not fit: the feeder's name, keys that its load does not have, values beyond their limits."""
     by_name = {feeder.name: feeder for feeder in feeders}
     if name not in by_name:
         return [(f"feeders.{name}", f"{unknown}; allowed: {', '.join(by_name) or 'none'}")]
@@ -99,7 +98,7 @@ def _problems(name: str, setting: _Setting, unknown: str, feeders: tuple[Feeder,
         type(load).model_validate(merged)
     except ValidationError as error:
         return [
-            (".".join(["feeders", name, *map(str, told.path)]), told.text)
-            for told in complaints(error, type(load), merged)
+            (".".join(["feeders", name, *map(str, complaint.path)]), complaint.text)
+            for complaint in complaints(error, type(load), merged)
         ]
     return []

@@ -36,7 +36,7 @@ class FlapMove(Strict):
 
 
 def flap_problem(aircraft: Aircraft, flap_deg: float, speed_mps: float | None, alt_m: float | None) -> str:
-    """What is wrong with flaps at a true airspeed and a height, or nothing; unknown speeds are not checked."""
+    """Return the problem of flaps at a true airspeed and a height, or an empty text; unknown speeds are not checked."""
     flap = aircraft.facts.flap
     if flap is None:
         return f"{aircraft.name} has no flaps; allowed: 0" if flap_deg else ""

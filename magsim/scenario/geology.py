@@ -1,4 +1,4 @@
-"""What lies in the ground: the crust's random field, and bodies at known places."""
+"""Magnetic sources in the ground: the crust's random field, and bodies at known places."""
 
 from typing import Annotated, Literal
 
@@ -6,7 +6,7 @@ from pydantic import Discriminator, Field, ValidationInfo, field_validator, mode
 
 from magsim.config import Name, Strict, Vector
 from magsim.scenario.base import NonNegative, Positive
-from magsim.scenario.place import HOW_TO_TELL, GroundPoint
+from magsim.scenario.place import WAYS_TO_GIVE, GroundPoint
 
 
 class Crust(Strict):
@@ -54,8 +54,8 @@ class BuriedBody(GroundPoint):
 
     @model_validator(mode="after")
     def _somewhere(self) -> "BuriedBody":
-        if not self.told:
-            msg = f"no place is told; allowed: {HOW_TO_TELL}"
+        if not self.given:
+            msg = f"has no place; allowed: {WAYS_TO_GIVE}"
             raise ValueError(msg)
         return self
 

@@ -93,7 +93,7 @@ PRESETS: Mapping[str, Mapping[str, Mapping[str, object]]] = {
         },
     },
 }
-"""Values by kind of table and name; where they come from stands in docs/instruments.md."""
+"""Values by kind of table and name; docs/instruments.md names their sources."""
 
 
 class Sensor(Strict):
@@ -115,7 +115,7 @@ class Sensor(Strict):
 
 
 class InstrumentClock(Strict):
-    """When the values were taken that a row says: ``t - skew_s - drift_ppm 1e-6 t - jitter`` for the tag ``t``."""
+    """When the values of a row were taken: ``t - skew_s - drift_ppm 1e-6 t - jitter`` for the tag ``t``."""
 
     skew_s: float = Field(default=0.0, ge=-0.5, le=0.5, description="how late the reading is; labels are at the tag")
     jitter_s: NonNegative = Field(default=0.0, le=0.02, description="standard deviation, white from row to row")
@@ -251,7 +251,7 @@ class Barometer(InstrumentClock):
 
 
 class Radar(InstrumentClock):
-    """A radar altimeter: height above the ground below, with noise, -1 where no echo is heard."""
+    """A radar altimeter: height above the ground below, with noise; -1 without an echo."""
 
     noise_m: NonNegative = Field(default=0.3, description="white, each row")
     noise_relative: NonNegative = Field(default=0.002, le=0.5, description="white, each row, share of the height")
@@ -276,7 +276,7 @@ class BaseStation(GroundPoint):
 class Electrical(InstrumentClock):
     """Current sensors of all feeders and voltmeters of all buses that the aircraft's file names."""
 
-    enabled: bool = Field(default=True, description="false: currents flow, nobody records them")
+    enabled: bool = Field(default=True, description="false: currents flow and are not recorded")
     current_noise_a_rthz: NonNegative = Field(default=0.002, description="white noise density")
     current_offset_a: NonNegative = Field(
         default=0.05, description="standard deviation between channels, constant in each"

@@ -65,16 +65,16 @@ class Oscillation(Strict):
         return values
 
     def amplitude(self, index: int) -> float:
-        """Amplitude [deg] on the leg with this index, counted from 0 over the pattern."""
+        """Return the amplitude [deg] on the leg with this index, counted from 0 over the pattern."""
         return self.amplitude_deg[index % len(self.amplitude_deg)]
 
     def period(self, index: int) -> float:
-        """Period [s] on the leg with this index, counted from 0 over the pattern."""
+        """Return the period [s] on the leg with this index, counted from 0 over the pattern."""
         return self.period_s[index % len(self.period_s)]
 
 
 class TrainBase(Strict):
-    """What every train has: cycles, rest and envelope."""
+    """Keys that every train has: cycles, rest and envelope."""
 
     cycles: int = Field(default=3, ge=1, le=50)
     rest_s: NonNegative = Field(default=6.0, description="straight flight after the train")
@@ -95,7 +95,7 @@ class Train(Oscillation, TrainBase):
         return (self,)
 
     def length(self, index: int) -> float:
-        """Time of the full cycles on the leg with this index [s]."""
+        """Return the time of the full cycles on the leg with this index [s]."""
         return self.cycles * self.period(index)
 
 
@@ -105,7 +105,7 @@ class PhasedOscillation(Oscillation):
     phase_deg: float = Field(default=0.0, ge=0.0, lt=360.0, description="lag behind the train, in its own period")
 
     def lag(self, index: int) -> float:
-        """Time by which the swing begins after the train [s]."""
+        """Return the time by which the oscillation begins after the train [s]."""
         return self.phase_deg / 360.0 * self.period(index)
 
 
@@ -128,12 +128,12 @@ class Combined(TrainBase):
         return swings
 
     def cycles_of(self, swing: Oscillation, index: int) -> int:
-        """Whole cycles that one of the swings flies."""
+        """Return the number of whole cycles of one of the oscillations."""
         longest = max(other.period(index) for other in self.swings)
         return max(1, int(self.cycles * longest / swing.period(index) + 1e-9))
 
     def length(self, index: int) -> float:
-        """Time from the train's start to the end of its last swing on the leg with this index [s]."""
+        """Return the time from the train's start to its end on the leg with this index [s]."""
         return max(s.lag(index) + self.cycles_of(s, index) * s.period(index) for s in self.swings)
 
 

@@ -1,4 +1,4 @@
-"""Patterns of legs: where they lie, and what is flown on them. ``docs/patterns.md`` draws them."""
+"""Patterns of legs: their geometry, and the maneuvers on them. ``docs/patterns.md`` draws them."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -16,10 +16,7 @@ LONGEST_LEG_M = 200_000.0
 
 
 class PatternBase(Strict):
-    """What every pattern of legs has."""
-
-    legs: ClassVar[int] = LEGS
-    """Legs of one circuit."""
+    """Keys and properties that every pattern of legs has."""
 
     courses_deg: ClassVar[tuple[float, float] | None] = None
     """Step of the courses that the first leg may have, and the first of them; None for any."""
@@ -40,16 +37,21 @@ class PatternBase(Strict):
     )
 
     @property
+    def legs(self) -> int:
+        """Legs of one circuit."""
+        return LEGS
+
+    @property
     def quiet_around_center_s(self) -> float | None:
-        """Time around the center of a leg in which nothing is flown [s]; None where legs have no center."""
+        """Time around the center of a leg without maneuvers [s]; None where legs have no center."""
         return None
 
     def course(self, start: Start) -> float:
-        """Course of the first leg [deg]."""
+        """Return the course of the first leg [deg]."""
         return start.heading_deg if self.heading_deg is None else self.heading_deg
 
     def height_m(self, start_m: float) -> float | None:
-        """Height [m] at which it is flown if the start's is another one; None where it follows the ground."""
+        """Return the height [m] at which it is flown after a start at a height; None where it follows the ground."""
         return start_m if self.alt_m is None else self.alt_m
 
     @field_validator("alt_m")
@@ -110,19 +112,14 @@ class Diamond(Square, Maneuvering):
     kind: Literal["diamond"] = "diamond"
 
 
-class Fom(Square):
-    """Figure-of-merit box on north, east, south and west: roll, pitch and yaw trains on each heading.
-
-    The angles are amplitudes, half of peak to peak: +-10, +-5, +-5 degrees, three of each, 10 s each, as in the
-    flight of paper 001.
-    """
+class FomBase(Square):
+    """Box on north, east, south and west with roll, pitch and yaw trains on each heading; angles are amplitudes."""
 
     courses_deg: ClassVar[tuple[float, float] | None] = (90.0, 0.0)
 
-    kind: Literal["fom"] = "fom"
-    roll_deg: float = 10.0
-    pitch_deg: float = 5.0
-    yaw_deg: float = 5.0
+    roll_deg: float
+    pitch_deg: float
+    yaw_deg: float
     period_s: float = 10.0
     cycles: int = Field(default=3, ge=1, le=50)
     rest_s: NonNegative = 6.0
@@ -151,8 +148,8 @@ class Fom(Square):
         return tuple(
             Train(
                 axis=axis,
-                amplitude_deg=amplitudes[axis],
-                period_s=self.period_s,
+                amplitude_deg=(amplitudes[axis],),
+                period_s=(self.period_s,),
                 cycles=self.cycles,
                 rest_s=self.rest_s,
             )
@@ -160,7 +157,20 @@ class Fom(Square):
         )
 
 
-class FomPeakToPeak(Fom):
+class Fom(FomBase):
+    """Figure-of-merit box on north, east, south and west: roll, pitch and yaw trains on each heading.
+
+    The angles are amplitudes, half of peak to peak: +-10, +-5, +-5 degrees, three of each, 10 s each, as in the
+    flight of paper 001.
+    """
+
+    kind: Literal["fom"] = "fom"
+    roll_deg: float = 10.0
+    pitch_deg: float = 5.0
+    yaw_deg: float = 5.0
+
+
+class FomPeakToPeak(FomBase):
     """The figure-of-merit box with 10, 5 and 5 degrees read as peak to peak: half the amplitudes of ``fom``."""
 
     kind: Literal["fom_peak_to_peak"] = "fom_peak_to_peak"
@@ -170,7 +180,7 @@ class FomPeakToPeak(Fom):
 
 
 class Centered(Maneuvering):
-    """A pattern whose legs all pass one point in their middle; nothing is flown there."""
+    """A pattern whose legs all pass one point in their middle; no maneuver is flown there."""
 
     quiet_s: float = Field(
         default=10.0, ge=0.0, le=120.0, description="no maneuver this long before and after the center"
@@ -178,7 +188,7 @@ class Centered(Maneuvering):
 
     @property
     def quiet_around_center_s(self) -> float | None:
-        """Time around the center of a leg in which nothing is flown [s]."""
+        """Time around the center of a leg without maneuvers [s]."""
         return self.quiet_s
 
 
@@ -226,14 +236,17 @@ class HeadingCross(Centered):
 class StraightLine(Maneuvering):
     """One straight line."""
 
-    legs: ClassVar[int] = 1
-
     kind: Literal["straight"] = "straight"
     leg_m: float = Field(default=10_000.0, ge=500.0, le=LONGEST_LEG_M, description="length of the line")
 
     @property
     def circuits(self) -> int:
         """A line is one circuit."""
+        return 1
+
+    @property
+    def legs(self) -> int:
+        """A line is one leg."""
         return 1
 
 
@@ -262,7 +275,7 @@ class SurveyPattern(PatternBase):
     )
 
     def height_m(self, start_m: float) -> float | None:
-        """None where it is draped."""
+        """Return the height [m]; None where the survey is draped."""
         return super().height_m(start_m) if self.drape_m is None else None
 
     @property
@@ -295,6 +308,7 @@ LegPattern = Annotated[
     Box | Fom | FomPeakToPeak | Diamond | Cloverleaf | StraightLine | HeadingCross | SurveyPattern,
     Discriminator("kind"),
 ]
+"""A pattern of legs: alone, or a part of a sequence."""
 
 
 class PatternSequence(Strict):
@@ -314,11 +328,11 @@ class PatternSequence(Strict):
         return max(part.legs for part in self.parts)
 
 
-def parts_of(pattern: PatternBase | PatternSequence) -> tuple[PatternBase, ...]:
-    """Parts of a sequence; another pattern is its own only part."""
+def parts_of(pattern: LegPattern | PatternSequence) -> tuple[LegPattern, ...]:
+    """Return the parts of a sequence; another pattern is its own only part."""
     return pattern.parts if isinstance(pattern, PatternSequence) else (pattern,)
 
 
-def key_of(pattern: PatternBase | PatternSequence, number: int) -> str:
-    """Key path of a part in a scenario."""
+def key_of(pattern: LegPattern | PatternSequence, number: int) -> str:
+    """Return the key path of a part in a scenario."""
     return f"pattern.parts[{number}]" if isinstance(pattern, PatternSequence) else "pattern"

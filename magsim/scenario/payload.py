@@ -1,4 +1,4 @@
-"""What the aircraft carries."""
+"""The load of the aircraft."""
 
 from pydantic import Field, ValidationInfo, model_validator
 
@@ -8,7 +8,7 @@ from magsim.scenario.base import aircraft_of
 
 
 class Loading(Strict):
-    """Payload and fuel; a key that is left out takes what the aircraft's file says."""
+    """Payload and fuel; a key that is left out takes the value of the aircraft's file."""
 
     payload_kg: float | None = Field(default=None, ge=0.0, description="crew and equipment")
     payload_aft_m: float = Field(
@@ -25,7 +25,7 @@ class Loading(Strict):
         return self
 
     def apply(self, facts: Facts | KinematicFacts) -> Facts | KinematicFacts:
-        """The facts of the loaded aircraft.
+        """Return the facts of the loaded aircraft.
 
         Raises
         ------

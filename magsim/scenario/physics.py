@@ -43,7 +43,7 @@ class HingedPart(FieldPart):
     """Moments that turn with control surfaces."""
 
     at_rest: Annotated[tuple[Surface, ...], Field(strict=False)] = Field(
-        default=(), description="surfaces that stay at zero where the flight does not tell their deflection"
+        default=(), description="surfaces that stay at zero where the flight does not give their deflection"
     )
 
 
@@ -59,7 +59,7 @@ class MemoryPart(FieldPart):
 
 
 class FlexPart(Strict):
-    """Bending of the mounts that the aircraft file tells the modes of."""
+    """Bending of the mounts, in the modes that the aircraft file gives."""
 
     enabled: bool = False
     scale: float = Field(default=1.0, ge=0.0, le=1000.0)

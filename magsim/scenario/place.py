@@ -4,7 +4,7 @@ from pydantic import Field, model_validator
 
 from magsim.config import Strict
 
-HOW_TO_TELL = "either lat_deg and lon_deg, or north_m and east_m"
+WAYS_TO_GIVE = "either lat_deg and lon_deg, or north_m and east_m"
 
 
 class GroundPoint(Strict):
@@ -16,14 +16,14 @@ class GroundPoint(Strict):
     east_m: float | None = Field(default=None, ge=-300_000.0, le=300_000.0, description="of the start; with north_m")
 
     @property
-    def told(self) -> bool:
-        """Whether there is a place at all."""
+    def given(self) -> bool:
+        """Whether a place is given at all."""
         return self.lat_deg is not None or self.north_m is not None
 
     @model_validator(mode="after")
     def _whole(self) -> "GroundPoint":
-        given = [value is not None for value in (self.lat_deg, self.lon_deg, self.north_m, self.east_m)]
-        if given not in ([False] * 4, [True, True, False, False], [False, False, True, True]):
-            msg = f"a place is told twice or not wholly; allowed: {HOW_TO_TELL}"
+        present = [value is not None for value in (self.lat_deg, self.lon_deg, self.north_m, self.east_m)]
+        if present not in ([False] * 4, [True, True, False, False], [False, False, True, True]):
+            msg = f"a place is given twice or only in part; allowed: {WAYS_TO_GIVE}"
             raise ValueError(msg)
         return self

@@ -61,7 +61,7 @@ class Start(Strict):
 
 
 class Sway(Strict):
-    """How far a kinematic carrier leaves its line, standard deviations; what is left out its file says."""
+    """How far a kinematic carrier leaves its line, standard deviations; without a key, that of its file."""
 
     lateral_m: float | None = Field(default=None, ge=0.0, le=20.0)
     vertical_m: float | None = Field(default=None, ge=0.0, le=20.0)
@@ -77,7 +77,7 @@ class FlightSettings(Strict):
         le=240,
         description="log rate of the trajectory; divides step_hz; without it what the aircraft's fastest motion needs",
     )
-    warmup_s: float = Field(default=60.0, ge=30.0, le=600.0, description="flown and thrown away before row 0")
+    warmup_s: float = Field(default=60.0, ge=30.0, le=600.0, description="flown before row 0 and not recorded")
     leg_tolerance_m: float = Field(default=300.0, gt=0.0, description="a leg flown farther from its line is missed")
     surface_saturation_s: float = Field(
         default=3.0, gt=0.0, description="elevator, aileron or rudder at a stop for longer ends the flight"

@@ -13,7 +13,7 @@ LEAST_LINK_M = 0.25
 
 
 class TowRope(Strict):
-    """The rope; a key that is left out takes what the bird's file says."""
+    """The rope; a key that is left out takes the value of the bird's file."""
 
     length_m: Positive | None = Field(default=None, ge=1.0, le=500.0, description="from the hook to the bridle")
     diameter_m: Positive | None = Field(default=None, le=0.1)
@@ -22,7 +22,7 @@ class TowRope(Strict):
 
 
 class TowBody(Strict):
-    """The body at its end; a key that is left out takes what the bird's file says."""
+    """The body at its end; a key that is left out takes the value of the bird's file."""
 
     mass_kg: Positive | None = Field(default=None, le=2000.0, description="scales the moments of inertia too")
     drag_area_m2: NonNegative | None = Field(default=None, le=10.0, description="along the axis")
@@ -33,7 +33,7 @@ class TowBody(Strict):
 
 
 class Gusts(Strict):
-    """Gusts at the bird beside the air that the carrier meets: noise of first order on each axis."""
+    """Gusts at the bird besides the air around the carrier: noise of first order on each axis."""
 
     speed_mps: NonNegative = Field(default=0.3, le=10.0, description="standard deviation on each axis")
     length_m: Positive = Field(default=150.0, le=5000.0, description="length scale; over the airspeed, a time")
@@ -46,11 +46,11 @@ class Tow(Strict):
     rope: TowRope = TowRope()
     body: TowBody = TowBody()
     hook_m: Vector | None = Field(
-        default=None, description="where the rope is tied, carrier axes from its datum; else what its file says"
+        default=None, description="where the rope is tied, carrier axes from its datum; else that of its file"
     )
     gusts: Gusts = Gusts()
     settle_s: float = Field(
-        default=120.0, ge=0.0, le=900.0, description="flown before the first row and thrown away, beside warmup_s"
+        default=120.0, ge=0.0, le=900.0, description="flown before the first row and not recorded, besides warmup_s"
     )
     coupling: Literal["one_way", "two_way"] = Field(
         default="one_way", description="two_way: the rope pulls on the carrier, by JSBSim's external forces"

@@ -95,7 +95,7 @@ class TrackColumns(Strict):
         return self
 
     def used(self) -> dict[str, tuple[str, float]]:
-        """Column name and factor to SI of every quantity that is given."""
+        """Return the column name and the factor to SI of every quantity that the file has."""
         out = {}
         for quantity, kind in KINDS.items():
             column = getattr(self, quantity)

@@ -1,4 +1,4 @@
-"""Reading a logged track: bounded, strict, and every problem told with file, line and column."""
+"""Reading a logged track: bounded and strict; every problem is reported with file, line and column."""
 
 import csv
 import hashlib
@@ -25,7 +25,7 @@ MAX_ROWS = 2_000_000
 """Most rows of a track."""
 
 MAX_PROBLEMS = 20
-"""Most problems of one file that are told."""
+"""Most problems of one file that are reported."""
 
 SHORTEST_S = 20.0
 """Shortest track: 4 s at either end are run-in of filters."""
@@ -34,11 +34,11 @@ FASTEST_MPS = 400.0
 FASTEST_TURN_DPS = 400.0
 """Steps between rows beyond these are mistakes: a wrong unit, or rows that do not belong together."""
 
-Told = Callable[[int], str]
-"""What is wrong with a row."""
+Reason = Callable[[int], str]
+"""Text of what is wrong with a row."""
 
-Found = Callable[[str, np.ndarray, Told], Iterator[str]]
-"""Tells the first wrong row of a quantity with its place in the file."""
+Finder = Callable[[str, np.ndarray, Reason], Iterator[str]]
+"""Yields the first wrong row of a quantity with its place in the file."""
 
 HDF5_SUFFIXES = (".h5", ".hdf5", ".he5")
 
@@ -58,7 +58,7 @@ class TrackLog:
     Attributes
     ----------
     values : dict of str to (n,)
-        Quantities of ``magsim.scenario.track.KINDS``; heading as it stands in the file, in radians.
+        Quantities of ``magsim.scenario.track.KINDS``; heading not unwrapped, in radians.
     digest : str
         SHA-256 of the file.
     """
@@ -145,15 +145,15 @@ def _from_hdf5(path: Path, used: dict[str, tuple[str, float]]) -> _TrackTable:
         raise TrackProblemsError(problems)
     lengths = {quantity: len(column) for quantity, column in values.items()}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{used[quantity][0]} {length}" for quantity, length in lengths.items())
-        raise TrackProblemsError([f"{path}: the data sets differ in length: {told}"])
+        found = ", ".join(f"{used[quantity][0]} {length}" for quantity, length in lengths.items())
+        raise TrackProblemsError([f"{path}: the data sets differ in length: {found}"])
     if lengths["time"] > MAX_ROWS:
         raise TrackProblemsError([f"{path}: has more than {MAX_ROWS} rows; allowed: a part of the log"])
     return _TrackTable(values, {quantity: name for quantity, (name, _) in used.items()}, None)
 
 
 def _data_set(root: object, name: str) -> np.ndarray:
-    """One-dimensional numbers of any kind; groups in the name are separated by slashes."""
+    """Return one-dimensional numbers of any kind; groups in the name are separated by slashes."""
     *groups, last = name.strip("/").split("/")
     for group in groups:
         root = root.group(group)  # type: ignore[attr-defined]
@@ -184,7 +184,7 @@ def _from_csv(path: Path, used: dict[str, tuple[str, float]], settings: TrackPat
 
 
 def _rows(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Line number and fields of each line that is neither empty nor a comment."""
+    """Yield line number and fields of each line that is neither empty nor a comment."""
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
@@ -195,7 +195,7 @@ def _rows(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str
 
 
 def _places(path: Path, line: int, header: list[str], used: dict[str, tuple[str, float]]) -> dict[str, int]:
-    """Index of the column of each quantity."""
+    """Return the index of the column of each quantity."""
     problems, places = [], {}
     for quantity, (name, _) in used.items():
         count = header.count(name)
@@ -247,7 +247,7 @@ def _parse(
 
 
 def _number(text: str) -> float | None:
-    """A finite number, or None."""
+    """Return a finite number, or None."""
     try:
         value = float(text)
     except ValueError:
@@ -264,7 +264,7 @@ def _append(
     used: dict[str, tuple[str, float]],
     columns: dict[str, array],
 ) -> Iterator[str]:
-    """Add the numbers of one row; tell those that are none."""
+    """Add the numbers of one row; yield a problem for each field that is no number."""
     for quantity, place in places.items():
         value = _number(fields[place])
         columns[quantity].append(math.nan if value is None else value)
@@ -275,7 +275,7 @@ def _append(
 
 
 def _cut(path: Path, table: _TrackTable, settings: TrackPattern) -> _TrackTable:
-    """The rows between the times that are asked for."""
+    """Return the rows between ``from_s`` and ``to_s``."""
     time = table.values["time"]
     rows = np.ones(len(time), dtype=bool)
     if settings.from_s is not None:
@@ -292,16 +292,16 @@ def _cut(path: Path, table: _TrackTable, settings: TrackPattern) -> _TrackTable:
 
 
 def _problems(path: Path, table: _TrackTable, settings: TrackPattern) -> Iterator[str]:
-    """What is wrong with the numbers: the first row of each kind."""
+    """Yield the problems of the numbers: the first row of each kind."""
     values, names = table.values, table.names
 
-    def first(quantity: str, wrong: np.ndarray, why: Told) -> Iterator[str]:
+    def first(quantity: str, wrong: np.ndarray, why: Reason) -> Iterator[str]:
         if wrong.any():
             row = int(wrong.argmax())
             yield f"{table.where(path, row)}: column {names[quantity]}: {why(row)}"
 
     for quantity, value in values.items():
-        yield from first(quantity, ~np.isfinite(value), lambda row, v=value: f"{v[row]} is not a finite number")
+        yield from first(quantity, ~np.isfinite(value), _shown(value, "{} is not a finite number"))
     if not all(np.isfinite(value).all() for value in values.values()):
         return
     limits = {"lat": (-89.0, 89.0), "lon": (-360.0, 360.0), "pitch": (-85.0, 85.0)}
@@ -309,33 +309,38 @@ def _problems(path: Path, table: _TrackTable, settings: TrackPattern) -> Iterato
     for quantity, (low, high) in limits.items():
         if quantity in values:
             angle = np.degrees(values[quantity])
-            text = f"deg is outside of {low:g} to {high:g} deg; is the unit right?"
+            text = f"{{:g}} deg is outside of {low:g} to {high:g} deg; is the unit right?"
             wrong = (angle < low - 1e-9) | (angle > high + 1e-9)
-            yield from first(quantity, wrong, lambda row, a=angle, t=text: f"{a[row]:g} {t}")
+            yield from first(quantity, wrong, _shown(angle, text))
     alt = values["alt"]
-    text = "m is outside of -500 to 30000 m; is the unit right?"
-    yield from first("alt", (alt < -500.0) | (alt > 30_000.0), lambda row: f"{alt[row]:g} {text}")
+    text = "{:g} m is outside of -500 to 30000 m; is the unit right?"
+    yield from first("alt", (alt < -500.0) | (alt > 30_000.0), _shown(alt, text))
     for quantity in COUNTED:
         if quantity in values:
             yield from first(quantity, *_uncounted(quantity, values[quantity]))
     yield from _time_problems(path, table, settings, first)
 
 
-def _uncounted(quantity: str, value: np.ndarray) -> tuple[np.ndarray, Told]:
+def _shown(values: np.ndarray, text: str) -> Reason:
+    """Return the reason that shows the value of a row in a format text."""
+    return lambda row: text.format(values[row])
+
+
+def _uncounted(quantity: str, value: np.ndarray) -> tuple[np.ndarray, Reason]:
     low, high = (0, 1) if quantity == "turn" else (1, 1000 if quantity == "circuit" else 10_000)
     wrong = (value != np.round(value)) | (value < low) | (value > high)
     return wrong, lambda row: f"{value[row]:g} is no number of it; allowed: whole numbers from {low} to {high}"
 
 
-def _time_problems(path: Path, table: _TrackTable, settings: TrackPattern, first: Found) -> Iterator[str]:
-    """Order and gaps of the rows, then steps that no aircraft makes."""
+def _time_problems(path: Path, table: _TrackTable, settings: TrackPattern, first: Finder) -> Iterator[str]:
+    """Yield problems of order and gaps of the rows, then steps that no aircraft makes."""
     values, time = table.values, table.values["time"]
     step = np.diff(time, prepend=time[0] - 1e-3)
     backward = step <= 0.0
     yield from first("time", backward, lambda row: f"{time[row]:.6g} s is not after the row before")
     gap = step > settings.max_gap_s + 1e-9
-    told = f"allowed: up to max_gap_s = {settings.max_gap_s:g}, or another from_s or to_s"
-    yield from first("time", gap, lambda row: f"{step[row]:g} s are missing before {time[row]:.6g} s; {told}")
+    allowed = f"allowed: up to max_gap_s = {settings.max_gap_s:g}, or another from_s or to_s"
+    yield from first("time", gap, lambda row: f"{step[row]:g} s are missing before {time[row]:.6g} s; {allowed}")
     if backward.any() or gap.any():
         return
     if time[-1] - time[0] < SHORTEST_S:
@@ -345,17 +350,17 @@ def _time_problems(path: Path, table: _TrackTable, settings: TrackPattern, first
         if quantity in values:
             along = np.unwrap(values[quantity]) if quantity == "lon" else values[quantity]
             speed = np.abs(np.diff(along, prepend=along[0])) * scale.get(quantity, 1.0) / step
-            text = f"m/s, faster than {FASTEST_MPS:g}; is the unit right?"
-            yield from first(quantity, speed > FASTEST_MPS, lambda row, s=speed, t=text: f"jumps at {s[row]:.0f} {t}")
+            text = f"jumps at {{:.0f}} m/s, faster than {FASTEST_MPS:g}; is the unit right?"
+            yield from first(quantity, speed > FASTEST_MPS, _shown(speed, text))
     for quantity in ("roll", "pitch", "heading"):
         angle = np.unwrap(values[quantity])
         rate = np.degrees(np.abs(np.diff(angle, prepend=angle[0]))) / step
-        text = f"deg/s, faster than {FASTEST_TURN_DPS:g}; is the unit right?"
-        yield from first(quantity, rate > FASTEST_TURN_DPS, lambda row, r=rate, t=text: f"jumps at {r[row]:.0f} {t}")
+        text = f"jumps at {{:.0f}} deg/s, faster than {FASTEST_TURN_DPS:g}; is the unit right?"
+        yield from first(quantity, rate > FASTEST_TURN_DPS, _shown(rate, text))
 
 
 def start_of(track: TrackLog | None, aircraft: Aircraft | None) -> dict[str, float]:
-    """Place, height, speed and heading of a track's first row for the table ``[start]``.
+    """Return place, height, speed and heading of a track's first row for the table ``[start]``.
 
     Nothing of the motion depends on them. They are brought inside the limits of ``[start]``, which a log may pass.
     """

@@ -115,7 +115,7 @@ class Scenario(Strict):
 def _check_rows(
     recording: RecordingSettings, flight: FlightSettings | None, pattern: Pattern | None
 ) -> Iterator[tuple[str, str]]:
-    """Rows and splits must exist."""
+    """Yield the problems of rows and splits that do not exist: key and text."""
     rate = recording.rate_hz
     if flight and flight.step_hz % rate:
         yield "rate_hz", f"{rate} does not divide flight.step_hz = {flight.step_hz}; allowed: a divisor of it"

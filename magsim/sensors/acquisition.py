@@ -26,7 +26,7 @@ class Acquisition:
 
     @classmethod
     def of(cls, time_s: np.ndarray, duration_s: float, rate_in_hz: float, rate_out_hz: float) -> "Acquisition":
-        """Acquisition of samples at given times.
+        """Return the acquisition of samples at given times.
 
         Parameters
         ----------
@@ -74,17 +74,17 @@ class Acquisition:
         return np.arange(self.rows) / self.rate_out_hz
 
     def __call__(self, samples: np.ndarray) -> np.ndarray:
-        """Rows of a channel, (n, ...) to (rows, ...)."""
+        """Return the rows of a channel, (n, ...) to (rows, ...)."""
         return self.decimator(samples, self.first, self.rows)
 
     def place_of(self, instants_s: np.ndarray) -> np.ndarray:
-        """Where instants lie among the samples, (m,) [samples]."""
+        """Return the positions of instants among the samples, (m,) [samples]."""
         return self.first + np.asarray(instants_s, dtype=float) * self.rate_in_hz
 
     def at(self, samples: np.ndarray, instants_s: np.ndarray) -> np.ndarray:
-        """The filtered signal at any instants, (n,) or (n, c) to (m,) or (m, c).
+        """Return the filtered signal at any instants, (n,) or (n, c) to (m,) or (m, c).
 
-        The filter leaves nothing from half of the output rate on, so what lies between the samples is told by them.
+        The filter leaves nothing from half of the output rate on, so the samples determine the signal between them.
 
         Raises
         ------
@@ -138,10 +138,10 @@ class Counter:
         return f"mean over {self.window_s:g} s, centered on the row for labels and truth"
 
     def __call__(self, samples: np.ndarray) -> np.ndarray:
-        """Rows of a channel, (n,) or (n, c) to (rows,) or (rows, c)."""
+        """Return the rows of a channel, (n,) or (n, c) to (rows,) or (rows, c)."""
         return self.at(samples, self.time_s)
 
     def at(self, samples: np.ndarray, instants_s: np.ndarray) -> np.ndarray:
-        """Means over windows centered on any instants, (m,) or (m, c)."""
+        """Return means over windows centered on any instants, (m,) or (m, c)."""
         place, half = self.acquisition.place_of(instants_s), self.window_s * self.rate_in_hz / 2.0
         return window_mean(samples, place - half, place + half)

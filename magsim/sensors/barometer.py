@@ -20,13 +20,13 @@ from magsim.trajectory import Trajectory
 
 
 def static_pressure(path: Trajectory, ground: Ground | None, qnh_pa: float) -> np.ndarray:
-    """Pressure of the air around the reference point, (n,) [Pa].
+    """Return the pressure of the air around the reference point, (n,) [Pa].
 
     Parameters
     ----------
     path : Trajectory
     ground : Ground, optional
-        Tells the height of the sea; without it, the sea is the ellipsoid.
+        Gives the height of the sea; without it, the sea is the ellipsoid.
     qnh_pa : float [Pa]
         Sea-level pressure of the day.
     """
@@ -43,7 +43,7 @@ def baro_columns(
     rate_hz: float,
     seed: int,
 ) -> Columns:
-    """What the barometer says at the rows of a trajectory.
+    """Return the readings of the barometer at the rows of a trajectory.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def baro_columns(
         Height [m] and pressure [Pa].
     """
     if barometer.lag_s > 0.0:
-        felt = first_order_lag(static_pressure(log, ground, barometer.qnh_pa), barometer.lag_s, log.rate_hz)
-        pressure = CubicSpline(log.time_s, felt)(path.time_s)
+        lagged = first_order_lag(static_pressure(log, ground, barometer.qnh_pa), barometer.lag_s, log.rate_hz)
+        pressure = CubicSpline(log.time_s, lagged)(path.time_s)
     else:
         pressure = static_pressure(path, ground, barometer.qnh_pa)
     shape = (len(path),)
@@ -80,7 +80,7 @@ def baro_columns(
 
 
 def true_baro_columns(barometer: Barometer, path: Trajectory, ground: Ground | None) -> Columns:
-    """The pressure at the rows of a trajectory, (n,) [Pa]."""
+    """Return the true pressure at the rows of a trajectory, (n,) [Pa]."""
     return {columns.TRUE_PRESSURE.name(): static_pressure(path, ground, barometer.qnh_pa)}
 
 

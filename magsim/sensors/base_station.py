@@ -20,7 +20,7 @@ def measure(
     rng: np.random.Generator,
     jitter: np.random.Generator | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Readings of the station.
+    """Return the readings of the station.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def measure(
     Returns
     -------
     tag_s : (m,) [s]
-        Times that the station's clock says: ``delay_s + drift_ppm 1e-6 t`` and the jitter after the instants ``t``.
+        Time tags of the station's clock: ``delay_s + drift_ppm 1e-6 t`` and the jitter after the instants ``t``.
     reading_nt : (m,) [nT]
         At whole multiples of its sampling interval, from the first to the last inside of ``time_s``.
     """
@@ -52,7 +52,7 @@ def measure(
 def base_columns(
     station: BaseStation, time_s: np.ndarray, field_n: np.ndarray, acquisition: Acquisition, seed: int
 ) -> Columns:
-    """Reading and truth of a base station.
+    """Return reading and truth of a base station.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from magsim.streams import stream
 
 
 def temperature_c(cabin: Cabin, time_s: np.ndarray, seed: int) -> np.ndarray:
-    """Temperature at given times.
+    """Return the temperature at given times.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from magsim.truth import FieldTruth
 def measure(
     true: np.ndarray, *, density: float, offset: float, step: float, rate_hz: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Readings of one channel before the recording system.
+    """Return the readings of one channel before the recording system.
 
     Parameters
     ----------
@@ -38,10 +38,8 @@ def measure(
     return reading if step == 0.0 else step * np.round(reading / step)
 
 
-def electrical_columns(
-    settings: Electrical, truth: FieldTruth, acquisition: Acquisition, seed: int
-) -> dict[str, np.ndarray]:
-    """Readings of all currents and voltages.
+def electrical_columns(settings: Electrical, truth: FieldTruth, acquisition: Acquisition, seed: int) -> Columns:
+    """Return the readings of all currents and voltages.
 
     Parameters
     ----------
@@ -54,7 +52,7 @@ def electrical_columns(
     Returns
     -------
     dict of str to (rows,) [A], [V]
-        None where nothing is recorded, or the flight was computed without wiring.
+        Empty where nothing is recorded, or the flight was computed without wiring.
     """
     if not settings.enabled:
         return {}

@@ -27,7 +27,7 @@ from magsim.truth import FieldTruth
 
 
 def sensing_axes(angles_deg: tuple[float, float, float]) -> np.ndarray:
-    """Directions of three sensing axes that are not quite at right angles.
+    """Return the directions of three sensing axes that are not quite at right angles.
 
     Parameters
     ----------
@@ -56,16 +56,16 @@ def sensing_axes(angles_deg: tuple[float, float, float]) -> np.ndarray:
 
 
 def response(sensor: FluxgateSensor) -> np.ndarray:
-    """Matrix ``diag(1 + scale) N rot_sb`` from the field in body axes to the readings without offset, (3, 3)."""
+    """Return the matrix ``diag(1 + scale) N rot_sb`` from field, body axes, to readings without offset, (3, 3)."""
     rot_sb = rot_nb_from_attitude(np.radians(sensor.misalignment_deg)).T
     axes = sensing_axes(sensor.nonorthogonality_deg)
     return (1.0 + np.array(sensor.scale_error))[:, None] * np.einsum("ij,jk->ik", axes, rot_sb)
 
 
 def cross_field(field_s: np.ndarray, sensor: FluxgateSensor) -> np.ndarray:
-    """Error of each axis by what lies across it, with the square of that: ``c (B_across / 50 000 nT)^2``, (n, 3) [nT].
+    """Return the error of each axis by the field across it, ``c (B_across / 50 000 nT)^2``, (n, 3) [nT].
 
-    Its size is told by makers, its form is not: it is that of an effect that does not know the sign of what lies
+    Makers state its size, not its form: this is the form of an effect that does not depend on the sign of the field
     across (ring cores: about 10 nT, Ripka and Billingsley).
     """
     squares = (field_s / 50_000.0) ** 2
@@ -77,9 +77,9 @@ def measure(
     sensor: FluxgateSensor,
     rate_hz: float,
     rng: np.random.Generator,
-    warmth_c: np.ndarray | None = None,
+    cabin_c: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Reading of the instrument before the recording system.
+    """Return the reading of the instrument before the recording system.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def measure(
     sensor : FluxgateSensor
     rate_hz : float [Hz]
     rng : numpy.random.Generator
-    warmth_c : (n,) [degC], optional
+    cabin_c : (n,) [degC], optional
         Temperature of the cabin; without it, that of the instrument's reference.
 
     Returns
@@ -98,8 +98,8 @@ def measure(
     """
     field_s = rotate(response(sensor), total_b)
     reading = field_s
-    if warmth_c is not None:
-        beyond = (warmth_c - sensor.reference_c)[:, None]
+    if cabin_c is not None:
+        beyond = (cabin_c - sensor.reference_c)[:, None]
         reading = reading * (1.0 + 1e-6 * np.array(sensor.scale_drift_ppm_c) * beyond)
         reading = reading + np.array(sensor.offset_drift_nt_c) * beyond
     if any(sensor.cross_field_nt):
@@ -111,30 +111,14 @@ def measure(
     return reading if sensor.range_nt is None else np.clip(reading, -sensor.range_nt, sensor.range_nt)
 
 
-def correct(reading_s: np.ndarray, sensor: FluxgateSensor) -> np.ndarray:
-    """The field that an instrument with known errors was in: the inverse of ``measure`` for offset, scale and angles.
-
-    Parameters
-    ----------
-    reading_s : (n, 3) [nT]
-    sensor : FluxgateSensor
-
-    Returns
-    -------
-    (n, 3) [nT]
-        Body axes.
-    """
-    return rotate(np.linalg.inv(response(sensor)), reading_s - np.array(sensor.offset_nt))
-
-
 def fluxgate_columns(
     sensor: FluxgateSensor,
     truth: FieldTruth,
     acquisition: Acquisition,
     seed: int,
-    warmth_c: np.ndarray | None = None,
+    cabin_c: np.ndarray | None = None,
 ) -> Columns:
-    """Reading and truth of one fluxgate.
+    """Return reading and truth of one fluxgate.
 
     Parameters
     ----------
@@ -143,7 +127,7 @@ def fluxgate_columns(
     truth : FieldTruth
     acquisition : Acquisition
     seed : int
-    warmth_c : (n,) [degC], optional
+    cabin_c : (n,) [degC], optional
         Temperature of the cabin.
 
     Returns
@@ -162,7 +146,7 @@ def fluxgate_columns(
     ideal = acquisition(total_b)
     if sensor.mount in truth.tilts_b:
         total_b = turned_back(truth.tilts_b[sensor.mount], total_b)
-    raw = measure(total_b, sensor, acquisition.rate_in_hz, rng, warmth_c)
+    raw = measure(total_b, sensor, acquisition.rate_in_hz, rng, cabin_c)
     span = (truth.time_s[0] + acquisition.reach_s, truth.time_s[-1] - acquisition.reach_s)
     taken = instants(sensor, acquisition.time_s, f"fluxgate/{sensor.name}", seed, span)
     reading = acquisition(raw) if taken is None else acquisition.at(raw, taken)

@@ -1,7 +1,7 @@
 """Accelerometers and gyros of the INS: specific force and inertial rate at the reference point, in body axes.
 
-``reading = step(scale * true + bias + drift + noise)`` on each axis. Accelerometers do not feel gravity: at rest they
-read 1 g upward. Gyros feel the turning of the Earth: at rest they read 15 degrees an hour about its axis.
+``reading = step(scale * true + bias + drift + noise)`` on each axis. Accelerometers do not sense gravity: at rest they
+read 1 g upward. Gyros sense the rotation of the Earth: at rest they read 15 degrees an hour about its axis.
 """
 
 import math
@@ -32,7 +32,7 @@ LARGEST_MULTIPLE = 8
 
 
 def specific_force(log: Trajectory, path: Trajectory) -> np.ndarray:
-    """What ideal accelerometers at the reference point read.
+    """Return the readings of ideal accelerometers at the reference point.
 
     Parameters
     ----------
@@ -48,13 +48,13 @@ def specific_force(log: Trajectory, path: Trajectory) -> np.ndarray:
         (Groves, Principles of GNSS, eq. 5.35).
     """
     velocity_e = CubicSpline(log.time_s, rotate_back(rot_ne_at(log.lat_rad, log.lon_rad), log.velocity_n))
-    felt_e = velocity_e(path.time_s, 1) + 2.0 * np.cross([0.0, 0.0, SPIN_RADPS], velocity_e(path.time_s))
-    felt_n = rotate(rot_ne_at(path.lat_rad, path.lon_rad), felt_e) - gravity_n(path.lat_rad, path.alt_m)
-    return rotate_back(rot_nb_from_attitude(path.attitude), felt_n)
+    force_e = velocity_e(path.time_s, 1) + 2.0 * np.cross([0.0, 0.0, SPIN_RADPS], velocity_e(path.time_s))
+    force_n = rotate(rot_ne_at(path.lat_rad, path.lon_rad), force_e) - gravity_n(path.lat_rad, path.alt_m)
+    return rotate_back(rot_nb_from_attitude(path.attitude), force_n)
 
 
 def inertial_rate(path: Trajectory) -> np.ndarray:
-    """What ideal gyros read: the rate relative to the stars, body axes, (n, 3) [rad/s]."""
+    """Return the readings of ideal gyros: the rate relative to the stars, body axes, (n, 3) [rad/s]."""
     turning_n = transport_rate(path.lat_rad, path.alt_m, path.velocity_n)
     turning_n += SPIN_RADPS * np.column_stack([np.cos(path.lat_rad), np.zeros(len(path)), -np.sin(path.lat_rad)])
     return path.rate_b + rotate_back(rot_nb_from_attitude(path.attitude), turning_n)
@@ -87,7 +87,7 @@ class Triad:
     step: float
 
     def __call__(self, true: np.ndarray, rate_hz: float, name: str, seed: int) -> np.ndarray:
-        """Readings of rows (n, 3) at a rate [Hz]; the name is that of the random streams."""
+        """Return the readings of rows (n, 3) at a rate [Hz]; the name is that of the random streams."""
         drift = gauss_markov(stream(seed, f"{name}/drift"), true.shape, self.drift, self.correlation_s, rate_hz)
         noise = white_noise(stream(seed, f"{name}/noise"), true.shape, self.noise, rate_hz)
         reading = (1.0 + np.array(self.scale_error)) * true + np.array(self.bias) + drift + noise
@@ -95,7 +95,7 @@ class Triad:
 
 
 def accelerometers(ins: Ins) -> Triad:
-    """Accelerometers of an INS [m/s^2]."""
+    """Return the accelerometers of an INS [m/s^2]."""
     return Triad(
         ins.acc_bias_mps2,
         ins.acc_scale_error,
@@ -107,7 +107,7 @@ def accelerometers(ins: Ins) -> Triad:
 
 
 def gyros(ins: Ins) -> Triad:
-    """Gyros of an INS [deg/s]."""
+    """Return the gyros of an INS [deg/s]."""
     return Triad(
         ins.rate_bias_dps,
         ins.rate_scale_error,
@@ -119,7 +119,7 @@ def gyros(ins: Ins) -> Triad:
 
 
 def samples_of(log: Trajectory, rows: Acquisition) -> tuple[np.ndarray, Acquisition]:
-    """Specific force [m/s^2] and inertial rate [deg/s] at samples, (n, 6), and what makes rows of them.
+    """Return specific force [m/s^2] and inertial rate [deg/s] at samples, (n, 6), and their acquisition.
 
     The samples are a multiple of the log's rows: at other rates a curve through rows that shake would fold.
     """
@@ -134,7 +134,7 @@ def samples_of(log: Trajectory, rows: Acquisition) -> tuple[np.ndarray, Acquisit
 
 
 def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) -> Columns:
-    """What the accelerometers and gyros of an INS say, and the truth of it.
+    """Return the readings of the accelerometers and gyros of an INS, and the truth of them.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) ->
     log : Trajectory
         The motion of what carries the INS.
     rows : Acquisition
-        The rows of the recording. Readings and truth pass a filter as that of the magnetometers: what turbulence does
+        The rows of the recording. Readings and truth pass a filter as that of the magnetometers: turbulence
         faster than the rows must not fold.
     seed : int
 
@@ -160,11 +160,11 @@ def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) ->
     true = acquisition(samples)
     span = (log.time_s[0] + acquisition.reach_s, log.time_s[-1] - acquisition.reach_s)
     taken = instants(ins, rows.time_s, "ins", seed, span)
-    felt = true if taken is None else acquisition.at(samples, taken)
+    read = true if taken is None else acquisition.at(samples, taken)
     rate_hz = rows.rate_out_hz
     vectors = (
-        (columns.INS_ACCELERATION, accelerometers(ins)(felt[:, :3], rate_hz, "ins/acc", seed)),
-        (columns.INS_RATE, gyros(ins)(felt[:, 3:], rate_hz, "ins/rate", seed)),
+        (columns.INS_ACCELERATION, accelerometers(ins)(read[:, :3], rate_hz, "ins/acc", seed)),
+        (columns.INS_RATE, gyros(ins)(read[:, 3:], rate_hz, "ins/rate", seed)),
         (columns.TRUE_ACCELERATION, true[:, :3]),
         (columns.TRUE_INERTIAL_RATE, true[:, 3:]),
     )

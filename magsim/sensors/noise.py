@@ -6,7 +6,7 @@ import numpy as np
 
 
 def white_noise(rng: np.random.Generator, shape: tuple[int, ...], density: float, rate_hz: float) -> np.ndarray:
-    """White noise of a given one-sided amplitude density.
+    """Return white noise of a given one-sided amplitude density.
 
     Parameters
     ----------

@@ -24,18 +24,18 @@ LARMOR_HZ_NT = 3.498572
 
 
 def norm(vectors: np.ndarray) -> np.ndarray:
-    """Length of ``(n, 3)`` vectors, (n,)."""
+    """Return the length of ``(n, 3)`` vectors, (n,)."""
     return np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
 
 
 def axis_cosine(total_b: np.ndarray, sensor: ScalarSensor) -> np.ndarray:
-    """Cosine of the angle between the optical axis and the field, (n, 3) to (n,)."""
+    """Return the cosine of the angle between the optical axis and the field, (n, 3) to (n,)."""
     axis = np.array(sensor.axis_b) / math.hypot(*sensor.axis_b)
     return np.clip(np.einsum("ni,i->n", total_b, axis) / norm(total_b), -1.0, 1.0)
 
 
 def heading_error(cosine: np.ndarray, sensor: ScalarSensor) -> np.ndarray:
-    """``a cos t + b cos 2t + c sign(cos t)``, (n,) [nT]; the last is the switch of hemispheres."""
+    """Return ``a cos t + b cos 2t + c sign(cos t)``, (n,) [nT]; the last is the switch of hemispheres."""
     return (
         sensor.heading_cos_nt * cosine
         + sensor.heading_cos2_nt * (2.0 * cosine**2 - 1.0)
@@ -44,7 +44,7 @@ def heading_error(cosine: np.ndarray, sensor: ScalarSensor) -> np.ndarray:
 
 
 def gyro_error(total_b: np.ndarray, rate_b: np.ndarray) -> np.ndarray:
-    """What turning about the field adds to the Larmor frequency, as a field: ``w . u / (2 pi gamma)``, (n,) [nT].
+    """Return what turning about the field adds to the Larmor frequency: ``w . u / (2 pi gamma)``, (n,) [nT].
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def measure(
     total_nt: np.ndarray | None = None,
     rate_b: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Reading of the instrument before its counter or the recording system.
+    """Return the reading of the instrument before its counter or the recording system.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def measure(
 
 
 def locked(total_b: np.ndarray, sensor: ScalarSensor, rate_hz: float) -> np.ndarray:
-    """Where the instrument reads: outside of its dead zones and inside of its range, and ``relock_s`` after, (n,)."""
+    """Return where the instrument reads, (n,): outside dead zones, inside its range, and ``relock_s`` after."""
     lost = np.zeros(len(total_b), dtype=bool)
     steep = np.abs(axis_cosine(total_b, sensor))
     if sensor.dead_polar_deg > 0.0:
@@ -107,7 +107,7 @@ def locked(total_b: np.ndarray, sensor: ScalarSensor, rate_hz: float) -> np.ndar
 
 
 def hold(reading: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """The last valid reading where there is none; 0 before the first one, (n,)."""
+    """Return the readings with the last valid one in place of invalid ones, (n,); 0 before the first."""
     last = np.maximum.accumulate(np.where(valid, np.arange(len(valid)), -1))
     return np.where(last >= 0, reading[last], 0.0)
 
@@ -119,7 +119,7 @@ def scalar_columns(
     seed: int,
     rate_b: np.ndarray | None = None,
 ) -> Columns:
-    """Reading, labels and truth of one scalar magnetometer.
+    """Return reading, labels and truth of one scalar magnetometer.
 
     Parameters
     ----------
@@ -149,9 +149,9 @@ def scalar_columns(
     background, platform = truth.background(sensor.mount), truth.platform(sensor.mount)
     total_b = background + platform
     clean, total = norm(background), norm(total_b)
-    felt_b = turned_back(truth.tilts_b[sensor.mount], total_b) if sensor.mount in truth.tilts_b else total_b
+    sensor_b = turned_back(truth.tilts_b[sensor.mount], total_b) if sensor.mount in truth.tilts_b else total_b
     rng = stream(seed, f"scalar/{sensor.name}/noise")
-    raw = measure(felt_b, sensor, acquisition.rate_in_hz, rng, total_nt=total, rate_b=rate_b)
+    raw = measure(sensor_b, sensor, acquisition.rate_in_hz, rng, total_nt=total, rate_b=rate_b)
     along = np.einsum("ni,ni->n", platform, background) / clean
     taken = _taken(sensor, truth, window, seed)
     if taken is None:
@@ -165,7 +165,7 @@ def scalar_columns(
     if sensor.can_drop_out:
         place = acquisition.place_of(acquisition.time_s if taken is None else taken)
         width = (sensor.counter_s or 1.0 / acquisition.rate_out_hz) * acquisition.rate_in_hz
-        valid = whole_windows(locked(felt_b, sensor, acquisition.rate_in_hz), place, width)
+        valid = whole_windows(locked(sensor_b, sensor, acquisition.rate_in_hz), place, width)
         reading = hold(reading, valid)
         out[columns.MAG_VALID.name(sensor=sensor.name)] = valid.astype(float)
     values = {
@@ -183,7 +183,7 @@ def scalar_columns(
 
 
 def whole_windows(good: np.ndarray, place: np.ndarray, width: float) -> np.ndarray:
-    """Where all samples of a window around a place are good: (n,) and (m,) [samples] to (m,)."""
+    """Return where all samples of a window around a position are good: (n,) and (m,) [samples] to (m,)."""
     count = np.concatenate([[0], np.cumsum(~good)])
     start = np.ceil(place - width / 2.0 - 1e-6).astype(int)
     stop = np.floor(place + width / 2.0 + 1e-6).astype(int) + 1
@@ -191,7 +191,7 @@ def whole_windows(good: np.ndarray, place: np.ndarray, width: float) -> np.ndarr
 
 
 def _taken(sensor: ScalarSensor, truth: FieldTruth, window: Acquisition | Counter, seed: int) -> np.ndarray | None:
-    """Middles of what the rows were taken over, (rows,) [s]; None where they are the tags."""
+    """Return the middles of the windows of the rows, (rows,) [s]; None where they are the tags."""
     span = (truth.time_s[0] + window.reach_s + sensor.counter_s, truth.time_s[-1] - window.reach_s)
     taken = instants(sensor, window.time_s, f"scalar/{sensor.name}", seed, span)
     if sensor.counter_s > 0.0 and sensor.counter_tag == "end":
@@ -200,7 +200,7 @@ def _taken(sensor: ScalarSensor, truth: FieldTruth, window: Acquisition | Counte
 
 
 def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisition | Counter) -> Columns:
-    """Every part of the field at a sensor, filtered by axis, body axes, (rows,) [nT] each.
+    """Return every part of the field at a sensor, filtered by axis, body axes, (rows,) [nT] each.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ def simulate(
     >>> recording = magsim.simulate("calibration_c208b", seed=3, set={"air.turbulence_severity": 2})
     """
     if progress is not None and not callable(progress):
-        msg = f"progress: is a {type(progress).__name__}; allowed: a function of a step's name and its share done"
+        msg = f"progress: is of type {type(progress).__name__}; allowed: a function of a step's name and its share done"
         raise RequestError(msg)
     loaded = _loaded(scenario, _overrides(seed, set))
     # Solves on one BLAS thread and on two differ in their last bits.
@@ -102,10 +102,13 @@ def _loaded(scenario: object, overrides: tuple[str, ...]) -> LoadedScenario:
         return scenario.changed(overrides)
     if isinstance(scenario, str | Path):
         return load_scenario(scenario, overrides)
-    what = "is a Scenario, without its aircraft and files" if isinstance(scenario, Scenario) else ""
+    if isinstance(scenario, Scenario):
+        what = "is a Scenario, without its aircraft and files"
+    else:
+        what = f"is of type {type(scenario).__name__}"
     msg = (
-        f"scenario: {what or f'is a {type(scenario).__name__}'}; allowed: the name of a shipped scenario, the path of "
-        "a TOML file, or the LoadedScenario that load_scenario returns"
+        f"scenario: {what}; allowed: the name of a shipped scenario, the path of a TOML file, or the LoadedScenario "
+        "that load_scenario returns"
     )
     raise RequestError(msg)
 

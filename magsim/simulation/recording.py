@@ -52,10 +52,16 @@ def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTru
     data = read_instruments(measured) | segments
     data[columns.SPLIT.name()] = split_of(segments["circuit"], segments["leg"], settings)
     _check_finite(loaded.name, time_s, data)
-    order = {family: place for place, family in enumerate(columns.FAMILIES)}
-    names = sorted(data, key=lambda name: order[columns.find(name)])
+    names = sorted(data, key=_place_in_table)
     whole = Recording(loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, acquisition))
     return whole.with_truth(settings.truth)
+
+
+def _place_in_table(name: str) -> int:
+    """Return the position of a column's family in ``columns.FAMILIES``."""
+    family = columns.find(name)
+    assert family is not None  # every instrument names its columns by the table
+    return columns.FAMILIES.index(family)
 
 
 def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) -> np.ndarray:

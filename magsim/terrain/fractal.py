@@ -1,8 +1,8 @@
 """Random ground with the spectrum of real ground: a sum of cosine waves with power-law amplitudes.
 
 The amplitude of a wave falls as its wavelength to the power of the Hurst exponent H, as that of a self-affine surface
-does (spectral density of the surface ~ k^-(2 H + 2)). The sum is smooth, has an exact gradient, no edge and no period
-that anyone would meet, and depends on nothing but the random numbers that come in.
+does (spectral density of the surface ~ k^-(2 H + 2)). The sum is smooth, has an exact gradient, no edge and no
+period within reach, and depends only on the random numbers passed in.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ WAVES = 192
 """Number of waves; their wavelengths are spaced evenly on a logarithmic scale."""
 
 CHUNK = 4096
-"""Places that are worked on at once: bounds the memory."""
+"""Places that are evaluated at once: bounds the memory."""
 
 GOLDEN = 2.399963229728653
 """Golden angle [rad]: directions that follow it cover the circle evenly at every scale."""
@@ -27,7 +27,7 @@ class Fractal:
     plane : TangentPlane
         In which the waves run.
     random : numpy.random.Generator
-        Gives directions and phases.
+        For directions and phases.
     mean_m : float
         Mean height above mean sea level.
     relief_m : float
@@ -52,7 +52,7 @@ class Fractal:
         self._plane, self.mean_m = plane, mean_m
         part = (np.arange(WAVES) + 0.5) / WAVES
         wavelength = longest_m * (shortest_m / longest_m) ** part
-        # Directions are random within their places on the circle: no sector of a scale is left without waves.
+        # Directions are random within their sectors of the circle: every sector of a scale has waves.
         turn = 2.0 * np.pi * random.random() + GOLDEN * np.arange(WAVES) + 0.5 * random.standard_normal(WAVES)
         self._phase = 2.0 * np.pi * random.random(WAVES)
         number = 2.0 * np.pi / wavelength
@@ -72,16 +72,16 @@ class Fractal:
         return 2.0 * np.pi / np.hypot(self._k_north, self._k_east), self._amplitude.copy()
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
-        """Height above mean sea level, (...) [m]."""
+        """Return the height above mean sea level, (...) [m]."""
         return self._sum(lat_rad, lon_rad, 1)[0]
 
     def slope(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rise for each meter to the north and to the east, (...) each."""
+        """Return the rise for each meter to the north and to the east, (...) each."""
         _, north, east = self._sum(lat_rad, lon_rad, 3)
         return self._plane.turn(np.asarray(lat_rad), np.asarray(lon_rad), north, east)
 
     def _sum(self, lat_rad: np.ndarray, lon_rad: np.ndarray, count: int) -> np.ndarray:
-        """Height, and slopes along the plane's axes if ``count`` is 3; (count, ...)."""
+        """Return height, and slopes along the plane's axes if ``count`` is 3; (count, ...)."""
         north, east = self._plane.place(lat_rad, lon_rad)
         shape = np.shape(north)
         north, east = np.ravel(north), np.ravel(east)

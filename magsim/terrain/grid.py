@@ -81,7 +81,7 @@ class Grid:
         return 0.5 * (low + high) + 0.5 * 1.25**2 * (high - low)
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
-        """Height above mean sea level, (...) [m].
+        """Return the height above mean sea level, (...) [m].
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Grid:
         return self._lookup(lat_rad, lon_rad)[0]
 
     def slope(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rise for each meter to the north and to the east, (...) each."""
+        """Return the rise for each meter to the north and to the east, (...) each."""
         _, by_y, by_x = self._lookup(lat_rad, lon_rad)
         if self._plane is not None:
             return self._plane.turn(np.asarray(lat_rad), np.asarray(lon_rad), by_y, by_x)
@@ -99,7 +99,7 @@ class Grid:
         return np.degrees(by_y) / meridian, np.degrees(by_x) / (normal * np.cos(lat_rad))
 
     def _lookup(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Height and its slopes along y and x in the grid's own unit."""
+        """Return height and its slopes along y and x in the grid's own unit."""
         if self._plane is not None:
             y, x = self._plane.place(lat_rad, lon_rad)
         else:
@@ -142,7 +142,7 @@ class Grid:
 
 
 def _keys(t: np.ndarray) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
-    """Weights of the four points around a place between the two middle ones, and their derivatives."""
+    """Return weights of the four points around a place between the two middle ones, and their derivatives."""
     t2, t3 = t * t, t * t * t
     weights = (
         -0.5 * t3 + t2 - 0.5 * t,
@@ -208,7 +208,7 @@ def _number(path: Path, line: int, name: str, token: bytes) -> float:
 
 
 def _read_header(path: Path, lines: list[bytes], *, geographic: bool) -> tuple[dict[str, float], int]:
-    """Values of the header and the index of the first line after it."""
+    """Return values of the header and the index of the first line after it."""
     found: dict[str, float] = {}
     index = 0
     for index, line in enumerate(lines):
@@ -266,7 +266,7 @@ def _check_extent(path: Path, found: dict[str, float], *, geographic: bool) -> N
 def _read_heights(
     path: Path, lines: list[bytes], first: int, header: dict[str, float], nodata_m: float | None
 ) -> np.ndarray:
-    """Heights as they stand in the file, the northernmost row first."""
+    """Read the heights in the order of the file, the northernmost row first."""
     columns, rows = int(header["ncols"]), int(header["nrows"])
     out = np.empty(columns * rows)
     filled = 0

@@ -1,4 +1,4 @@
-"""A surface above the sea, and the ground above the ellipsoid that it makes with the geoid."""
+"""A surface above the sea, and the ground above the ellipsoid: the surface plus the geoid."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 
-class Surface(Protocol):
+class TerrainSurface(Protocol):
     """Height above mean sea level of every place."""
 
     @property
@@ -15,11 +15,11 @@ class Surface(Protocol):
         ...
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
-        """Height above mean sea level, (...) [m]."""
+        """Return the height above mean sea level, (...) [m]."""
         ...
 
     def slope(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rise for each meter to the north and to the east, (...) each."""
+        """Return the rise for each meter to the north and to the east, (...) each."""
         ...
 
 
@@ -35,11 +35,11 @@ class Flat:
         return self.height_m
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
-        """Height above mean sea level, (...) [m]."""
+        """Return the height above mean sea level, (...) [m]."""
         return np.full(np.broadcast_shapes(np.shape(lat_rad), np.shape(lon_rad)), self.height_m)
 
     def slope(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rise for each meter to the north and to the east, (...) each."""
+        """Return the rise for each meter to the north and to the east, (...) each."""
         zero = np.zeros(np.broadcast_shapes(np.shape(lat_rad), np.shape(lon_rad)))
         return zero, zero.copy()
 
@@ -50,14 +50,14 @@ class Ground:
 
     Attributes
     ----------
-    surface : Surface
+    surface : TerrainSurface
         Heights above mean sea level.
     geoid_m : float
         Height of mean sea level above the WGS-84 ellipsoid, the same over the whole flight:
         height above the ellipsoid = height above the sea + geoid.
     """
 
-    surface: Surface
+    surface: TerrainSurface
     geoid_m: float = 0.0
 
     @property
@@ -71,7 +71,7 @@ class Ground:
         return self.surface.highest_m + self.geoid_m
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
-        """Height of the ground above the WGS-84 ellipsoid.
+        """Return the height of the ground above the WGS-84 ellipsoid.
 
         Parameters
         ----------
@@ -89,9 +89,9 @@ class Ground:
         return self.surface.height(lat_rad, lon_rad) + self.geoid_m
 
     def slope(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rise for each meter to the north and to the east, (...) each."""
+        """Return the rise for each meter to the north and to the east, (...) each."""
         return self.surface.slope(lat_rad, lon_rad)
 
     def above_sea(self, alt_m: np.ndarray) -> np.ndarray:
-        """Height above mean sea level [m] of a height above the ellipsoid."""
+        """Return the height above mean sea level [m] of a height above the ellipsoid."""
         return alt_m - self.geoid_m

@@ -1,4 +1,4 @@
-"""Meters east and north of a point, for surfaces that are told in meters."""
+"""Meters east and north of a point, for surfaces with metric coordinates."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 
 
 class TangentPlane:
-    """Plane that touches a surface of constant height at a point: places of that surface are dropped onto it.
+    """Plane that touches a surface of constant height at a point: places of that surface are projected onto it.
 
     A distance d from the point appears shorter by d^3 / (6 R^2): 0.7 m at 30 km.
 
@@ -24,7 +24,7 @@ class TangentPlane:
         self._axes, self._up = rot_ne[:2], -rot_ne[2]
 
     def place(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """North and east [m] of places on the surface, (...) each."""
+        """Return north and east [m] of places on the surface, (...) each."""
         away = ecef_from_geodetic(lat_rad, lon_rad, self.alt_m) - self._origin
         north, east = (np.einsum("...i,i->...", away, axis) for axis in self._axes)
         return north, east
@@ -32,17 +32,17 @@ class TangentPlane:
     def turn(
         self, lat_rad: np.ndarray, lon_rad: np.ndarray, by_north: np.ndarray, by_east: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes along the plane's axes as slopes to the north and the east of each place."""
+        """Convert slopes along the plane's axes to slopes to the north and the east of each place."""
         local = rot_ne_at(lat_rad, lon_rad)
         north = np.einsum("...i,ki->...k", local[..., 0, :], self._axes)
         east = np.einsum("...i,ki->...k", local[..., 1, :], self._axes)
         return by_north * north[..., 0] + by_east * north[..., 1], by_north * east[..., 0] + by_east * east[..., 1]
 
     def geodetic(self, north_m: np.ndarray, east_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Latitude and longitude [rad] of places of the plane, (...) each.
+        """Return latitude and longitude [rad] of places of the plane, (...) each.
 
-        A place is where the perpendicular of the plane meets the surface; each pass moves along it by the height that
-        is missing.
+        A place is the intersection of the plane's perpendicular with the surface; each iteration moves along it by the
+        remaining height error.
         """
         flat = (
             self._origin

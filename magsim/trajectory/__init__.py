@@ -1,6 +1,6 @@
-"""How bodies moved, and what a flight leaves behind."""
+"""Motion of bodies, and the result of a flight."""
 
 from magsim.trajectory.flight import Flight, ManeuverFlown, Segment
-from magsim.trajectory.motion import Trajectory, Turning, hermite_spline
+from magsim.trajectory.motion import AttitudeCurve, Trajectory, hermite_spline
 
-__all__ = ["Flight", "ManeuverFlown", "Segment", "Trajectory", "Turning", "hermite_spline"]
+__all__ = ["AttitudeCurve", "Flight", "ManeuverFlown", "Segment", "Trajectory", "hermite_spline"]

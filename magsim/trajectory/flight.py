@@ -1,4 +1,4 @@
-"""What a flight leaves behind: trajectories, control surfaces, segments, what is towed."""
+"""The result of a flight: trajectories, control surfaces, segments, the bird."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -32,7 +32,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class ManeuverFlown:
-    """One maneuver train as it was asked and as it was flown."""
+    """One sine train, commanded and flown."""
 
     axis: str
     circuit: int
@@ -46,13 +46,13 @@ class ManeuverFlown:
     flown_deg: float
     """Amplitude of the sine fitted to the flown angle over the middle cycles [deg]."""
     residual_deg: float
-    """RMS of what the fitted sine leaves of the flown angle [deg]."""
+    """RMS of the flown angle less the fitted sine [deg]."""
     off_axis_deg: tuple[float, float]
     """Peak departures of the two other angles from their straight line [deg], in the order roll, pitch, heading."""
     half_peak_to_peak_deg: float = 0.0
     """Half of the peak to peak of the flown angle over the middle cycles [deg]."""
     kind: str = ""
-    """``combined`` where it is one axis of several that swing at once; else its axis."""
+    """``combined`` for one of several simultaneous axes, else its axis."""
 
 
 @dataclass(frozen=True)
@@ -76,14 +76,14 @@ class Flight:
     notes : mapping
         Plain facts of the run for provenance: integrators, rates, calibrated loop gains.
     wind_n : (n, 3) [m/s], optional
-        Motion of the air over ground, north, east, down, at the carrier's log times; None where nobody knows it.
+        Motion of the air over ground, north, east, down, at the carrier's log times; None if unknown.
     switches : mapping of str to (n,)
-        What the electric loads do at the carrier's log times: ``flap_motor`` 1 while it turns, ``autopilot`` 1 while it
-        is engaged, ``throttle`` 0 to 1. Empty for a logged track.
+        State of the electric loads at the carrier's log times: ``flap_motor`` 1 while it turns, ``autopilot`` 1 while
+        it is engaged, ``throttle`` 0 to 1. Empty for a logged track.
     rotors : mapping of str to (n,) [rad/s], optional
-        Angular speed of what turns, at the carrier's log times: ``propeller``; empty where nobody knows it.
+        Angular speed of rotating parts, at the carrier's log times: ``propeller``; empty if unknown.
     bird : Trajectory, optional
-        What is towed; None without.
+        The towed bird, if any.
     rope : mapping of str to (n,), optional
         At the bird's log times: ``trail_rad`` and ``side_rad``, projections of the angle between the vertical and the
         line from hook to bridle, aft and to the right of the course over ground; ``tension_n`` at the hook.
@@ -122,15 +122,15 @@ class Flight:
 
     @property
     def instruments(self) -> Trajectory:
-        """The body that is surveyed with: the bird where one is towed, else the carrier."""
+        """The body with the survey's instruments: the bird if one is towed, else the carrier."""
         return self.carrier if self.bird is None else self.bird
 
     def with_bird(self, bird: Trajectory, rope: Mapping[str, np.ndarray], notes: Mapping[str, object]) -> "Flight":
-        """The same flight with a bird on a rope, and what is noted of it."""
+        """Return the same flight with a bird on a rope, and notes on it."""
         return replace(self, bird=bird, rope=rope, notes={**self.notes, **notes})
 
     def of_bird(self) -> "Flight":
-        """The flight as the bird sees it: the bird as its carrier, without what belongs to the carrier.
+        """Return the flight with the bird as its carrier, without the logs of the carrier itself.
 
         Raises
         ------
@@ -146,25 +146,29 @@ class Flight:
         )
 
     def since(self, start_s: float) -> "Flight":
-        """The same flight with logs that begin at a time."""
+        """Return the same flight with logs that begin at a time."""
         rows = self.carrier.time_s >= start_s - 1e-9
-        cut: dict[str, object] = {
-            kind: {name: values[rows] for name, values in getattr(self, kind).items()}
-            for kind in ("controls", "switches", "rotors")
-        }
-        cut["wind_n"] = None if self.wind_n is None else self.wind_n[rows]
-        if self.bird is not None:
-            kept = self.bird.time_s >= start_s - 1e-9
-            cut["bird"] = self.bird.take(kept)
-            cut["rope"] = {name: values[kept] for name, values in self.rope.items()}
-        return replace(self, carrier=self.carrier.take(rows), **cut)
+        bird, rope = self.bird, self.rope
+        if bird is not None:
+            kept = bird.time_s >= start_s - 1e-9
+            bird, rope = bird.take(kept), _rows_of(rope, kept)
+        return replace(
+            self,
+            carrier=self.carrier.take(rows),
+            controls=_rows_of(self.controls, rows),
+            switches=_rows_of(self.switches, rows),
+            rotors=_rows_of(self.rotors, rows),
+            wind_n=None if self.wind_n is None else self.wind_n[rows],
+            bird=bird,
+            rope=rope,
+        )
 
     @cached_property
     def _control_spline(self) -> CubicSpline:
         return CubicSpline(self.carrier.time_s, np.column_stack(list(self.controls.values())))
 
     def controls_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Deflections [rad] at other times inside the logged span, by cubic splines; (m,) for each surface.
+        """Return deflections [rad] at other times inside the logged span, by cubic splines; (m,) for each surface.
 
         Raises
         ------
@@ -177,7 +181,7 @@ class Flight:
         return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
 
     def rope_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Angles and tension of the rope at other times inside the bird's logged span, by cubic splines; (m,) each.
+        """Return angles and tension of the rope at other times of the bird's logged span, by cubic splines; (m,) each.
 
         Raises
         ------
@@ -190,7 +194,7 @@ class Flight:
         return {name: readonly(CubicSpline(self.bird.time_s, values)(time_s)) for name, values in self.rope.items()}
 
     def switches_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Switches at other times inside the logged span, straight between the rows of the log; (m,) for each.
+        """Return switches at other times inside the logged span, linear between the rows of the log; (m,) for each.
 
         Raises
         ------
@@ -201,9 +205,9 @@ class Flight:
         return {name: readonly(np.interp(time_s, self.carrier.time_s, v)) for name, v in self.switches.items()}
 
     def wind_at(self, time_s: np.ndarray) -> np.ndarray | None:
-        """Wind [m/s] at other times inside the logged span, straight between the rows of the log; (m, 3).
+        """Return the wind [m/s] at other times inside the logged span, linear between the rows of the log; (m, 3).
 
-        Turbulence is rough: a smooth curve through its rows would overshoot. None where the wind is not known.
+        Turbulence is rough: a smooth curve through its rows would overshoot. None if the wind is unknown.
 
         Raises
         ------
@@ -219,7 +223,7 @@ class Flight:
         return readonly(rotate(rot_ne_at(at.lat_rad, at.lon_rad), np.column_stack(columns_e)))
 
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Segment labels at given times, (m,) each, under the names of ``magsim.columns``.
+        """Return segment labels at given times, (m,) each, under the names of ``magsim.columns``.
 
         These are circuit, leg, turn, transit, leg_heading_deg, maneuver and cycle. Times before the first segment take
         the first, times after the last take the last.
@@ -241,6 +245,11 @@ class Flight:
             rows = (time_s >= maneuver.start_s - 1e-9) & (time_s < maneuver.stop_s - 1e-9)
             out["maneuver"][rows] = codes[maneuver.kind or maneuver.axis]
             begun = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
-            # Of several axes at once the one that has flown most cycles counts.
+            # Of several simultaneous axes the one with the most cycles counts.
             out["cycle"][rows] = np.maximum(out["cycle"][rows], np.minimum(begun, maneuver.cycles))
         return out
+
+
+def _rows_of(table: Mapping[str, np.ndarray], rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Select rows of every column."""
+    return {name: values[rows] for name, values in table.items()}

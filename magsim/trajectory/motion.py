@@ -22,7 +22,7 @@ from magsim.frames import (
 
 
 def hermite_spline(time_s: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> PPoly:
-    """The curve of fifth degree through values and slopes at evenly spaced times, with three continuous derivatives.
+    """Build the fifth-degree curve through values and slopes at evenly spaced times, with three continuous derivatives.
 
     Of all curves through both it has the least mean square of the third derivative, but for its ends. Its error falls
     with the sixth power of the step.
@@ -74,7 +74,7 @@ def hermite_spline(time_s: np.ndarray, values: np.ndarray, slopes: np.ndarray) -
     return PPoly(np.stack([part / step**power for part, power in zip(parts, range(5, -1, -1), strict=True)]), time_s)
 
 
-class Turning:
+class AttitudeCurve:
     """The rotation of a body from its own to Earth-fixed axes, as a smooth curve through rows of attitude.
 
     Roll, pitch and heading jump where an angle wraps, at the vertical and over the poles; the quaternion to the Earth
@@ -112,7 +112,7 @@ class Turning:
             self._curve = hermite_spline(time_s, turned, 0.5 * quaternion_product(turned, pure))
 
     def at(self, time_s: np.ndarray, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Attitude and rates at given times and places.
+        """Return attitude and rates at given times and places.
 
         Parameters
         ----------
@@ -182,7 +182,7 @@ class Trajectory:
         return len(self.time_s)
 
     def take(self, rows: np.ndarray | slice) -> "Trajectory":
-        """Some rows of the log, evenly spaced too."""
+        """Return some rows of the log, evenly spaced too."""
         cut = ("time_s", "lat_rad", "lon_rad", "alt_m", "velocity_n", "attitude", "rate_b")
         return replace(self, **{name: getattr(self, name)[rows] for name in cut})
 
@@ -201,20 +201,20 @@ class Trajectory:
         return np.column_stack([self.attitude[:, :2], heading])
 
     @cached_property
-    def _turning(self) -> Turning:
+    def _turning(self) -> AttitudeCurve:
         turning_n = transport_rate(self.lat_rad, self.alt_m, self.velocity_n)
         rate_eb_b = self.rate_b + rotate_back(rot_nb_from_attitude(self.attitude), turning_n)
-        return Turning(self.time_s, self.lat_rad, self.lon_rad, self.attitude, rate_eb_b)
+        return AttitudeCurve(self.time_s, self.lat_rad, self.lon_rad, self.attitude, rate_eb_b)
 
     @cached_property
     def _path(self) -> CubicSpline:
-        """Place and velocity in Earth-fixed axes, which know no poles and no date line."""
+        """Place and velocity in Earth-fixed axes, without singularities at poles and date line."""
         place_e = ecef_from_geodetic(self.lat_rad, self.lon_rad, self.alt_m)
         velocity_e = rotate_back(rot_ne_at(self.lat_rad, self.lon_rad), self.velocity_n)
         return CubicSpline(self.time_s, np.column_stack([place_e, velocity_e]))
 
     def _place_at(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Latitude, longitude as continuous as that of the rows [rad], height [m], velocity (m, 3) [m/s]."""
+        """Return latitude, longitude as continuous as that of the rows [rad], height [m], velocity (m, 3) [m/s]."""
         rows = self._path(time_s)
         lat, lon, alt = geodetic_from_ecef(rows[:, :3])
         near = np.interp(time_s, self.time_s, self.lon_rad)
@@ -222,7 +222,7 @@ class Trajectory:
         return lat, lon + 2.0 * np.pi * np.round((near - lon) / (2.0 * np.pi)), alt, velocity_n
 
     def inside(self, time_s: np.ndarray) -> np.ndarray:
-        """The times, if all of them lie inside the logged span.
+        """Return the times if all of them are inside the logged span.
 
         Raises
         ------
@@ -237,10 +237,10 @@ class Trajectory:
         return time_s
 
     def at(self, time_s: np.ndarray) -> "Trajectory":
-        """The motion at other times inside the logged span.
+        """Return the motion at other times inside the logged span.
 
-        Place and velocity are cubic splines through the rows in Earth-fixed axes, which know neither date line nor
-        pole; attitude and rates are one curve, see ``Turning``.
+        Place and velocity are cubic splines through the rows in Earth-fixed axes, without singularities at
+        date line and poles; attitude and rates are one curve, see ``AttitudeCurve``.
 
         Parameters
         ----------

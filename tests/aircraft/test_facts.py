@@ -59,7 +59,7 @@ def test_limits(raw: dict) -> None:
 
 
 @pytest.mark.parametrize(
-    ("group", "name", "value", "told"),
+    ("group", "name", "value", "message"),
     [
         ("geometry", "span", {"value": 52.1, "unit": "ft", "source": "x y"}, "unit 'ft'; allowed: 'm'"),
         ("geometry", "span", {"value": -1.0, "unit": "m", "source": "x y z"}, "allowed: above 0"),
@@ -69,9 +69,9 @@ def test_limits(raw: dict) -> None:
         ("mass", "mass", {"value": float("nan"), "unit": "kg", "source": "x y z"}, "finite"),
     ],
 )
-def test_bad_facts_are_told(raw: dict, group: str, name: str, value: dict, told: str) -> None:
+def test_bad_facts_are_reported(raw: dict, group: str, name: str, value: dict, message: str) -> None:
     raw[group][name] = value
-    with pytest.raises(ValidationError, match=told):
+    with pytest.raises(ValidationError, match=message):
         Facts.model_validate(raw)
 
 

@@ -1,4 +1,4 @@
-"""What the wiring of a magnetic file may say, and how it is told what it may not."""
+"""What the wiring of a magnetic file may contain, and the errors of what it may not."""
 
 import copy
 import math

@@ -1,4 +1,4 @@
-"""What a magnetic file may say, and how it is told what it may not."""
+"""What a magnetic file may contain, and the errors of what it may not."""
 
 import copy
 import tomllib
@@ -144,7 +144,7 @@ def test_a_rotating_part_keeps_off_mounts(settings: dict) -> None:
 
 def test_memory_has_as_many_weights_as_radii(settings: dict) -> None:
     good = settings["memory"]
-    for change, told in (
+    for change, message in (
         ({"weights": [0.02]}, "1 weights but 3 radii_nt; allowed: as many of both"),
         ({"viscosity_s": [1.0]}, "3 viscosity_weights but 1 viscosity_s"),
         ({"radii_nt": [-1.0, 2.0, 3.0]}, "radii_nt = .*: allowed: none below 0"),
@@ -152,15 +152,15 @@ def test_memory_has_as_many_weights_as_radii(settings: dict) -> None:
         ({"viscosity_s": [0.0, 1.0, 2.0]}, "greater than 0"),
     ):
         settings["memory"] = good | change
-        _refused(settings, told)
+        _refused(settings, message)
 
 
 def test_modes_of_a_mount(settings: dict) -> None:
     mode = settings["mounts"]["sgl_mag_1"]["flex"][0]
-    for change, told in (
+    for change, message in (
         ({"direction": [0.0, 0.0, 2.0]}, "length 2; allowed: a unit vector"),
         ({"damping": 1.0}, "less than 1"),
         ({"frequency_hz": 0.0}, "greater than 0"),
     ):
         settings["mounts"]["sgl_mag_1"]["flex"] = [mode | change]
-        _refused(settings, told)
+        _refused(settings, message)

@@ -12,7 +12,7 @@ from magsim.compensation import create
 from tests.support.worlds import World, calibration
 
 
-def row(method, recording, segment, metric, value, file="a.h5", level=None):
+def row(method, recording, segment, metric, value, *, file="a.h5", level=None):
     return Row(recording, file, "cabin", level, 0, method, segment, metric, value)
 
 

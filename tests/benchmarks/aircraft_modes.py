@@ -11,7 +11,7 @@ import jsbsim
 import numpy as np
 
 from magsim.aircraft import Facts, load_aircraft
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.trim import trimmed_twin
 
 CONDITIONS = {"c208b": ((60.0, 300.0), (75.0, 3000.0), (90.0, 5000.0))}
@@ -22,7 +22,7 @@ HEAD = "| at | short period | Dutch roll | roll | phugoid | spiral |"
 
 def modes(facts: Facts, speed_mps: float, alt_m: float) -> dict[str, complex]:
     """Eigenvalue [1/s] of each mode, of a pair the one with positive imaginary part."""
-    linear = jsbsim.FGLinearization(trimmed_twin(facts, Setup(0.0, 0.0, alt_m, 0.0, speed_mps)))
+    linear = jsbsim.FGLinearization(trimmed_twin(facts, PlantSetup(0.0, 0.0, alt_m, 0.0, speed_mps)))
     names, matrix = list(linear.x_names), np.asarray(linear.system_matrix)
 
     def values(*states: str) -> list[complex]:

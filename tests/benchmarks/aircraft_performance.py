@@ -7,6 +7,7 @@ with the propeller's thrust, fuel flow and stall from flights of the turboprop i
 import math
 import sys
 from dataclasses import replace
+from functools import cache
 
 from scipy.optimize import minimize_scalar
 
@@ -14,7 +15,7 @@ from magsim.aircraft import Facts, load_aircraft
 from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
 from magsim.flight.model.engines import available_thrust
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.model.trim import trimmed_twin
 from magsim.units import FT, G0, LB, LBF, RHO0
@@ -39,9 +40,9 @@ DIRTY = "61 (findaircraft.com; twinandturbine.com, December 2011)"
 CRUISE_FT = (0.0, 5000.0, 10000.0, 15000.0, 20000.0)
 
 
-def still(alt_m: float, speed_mps: float, flap_deg: float = 0.0) -> Setup:
+def still(alt_m: float, speed_mps: float, flap_deg: float = 0.0) -> PlantSetup:
     """North over the equator, without wind."""
-    return Setup(0.0, 0.0, alt_m, 0.0, speed_mps, flap_rad=math.radians(flap_deg))
+    return PlantSetup(0.0, 0.0, alt_m, 0.0, speed_mps, flap_rad=math.radians(flap_deg))
 
 
 def maximum_load(facts: Facts) -> Facts:
@@ -61,6 +62,7 @@ def excess_thrust(facts: Facts, alt_m: float, speed_mps: float) -> float:
     return available_thrust(facts.engine, speed_mps, standard_density(alt_m)) - needed
 
 
+@cache
 def climb_rate(facts: Facts, alt_m: float) -> tuple[float, float]:
     """Best rate of climb [m/s] and its true airspeed [m/s]: excess power over weight."""
 
@@ -72,6 +74,7 @@ def climb_rate(facts: Facts, alt_m: float) -> tuple[float, float]:
     return -float(best.fun), float(best.x)
 
 
+@cache
 def top_speed(facts: Facts, alt_m: float) -> float:
     """True airspeed of level flight with the lever forward [m/s]: the fastest one that can be trimmed."""
     low, high = 70.0, 120.0
@@ -85,6 +88,7 @@ def top_speed(facts: Facts, alt_m: float) -> float:
     return low
 
 
+@cache
 def ceiling(facts: Facts) -> float:
     """Height [m] at which the best rate of climb is 100 ft/min."""
     low, high = 3000.0, 10000.0
@@ -94,6 +98,7 @@ def ceiling(facts: Facts) -> float:
     return low
 
 
+@cache
 def fuel_flow(facts: Facts, alt_m: float, speed_mps: float) -> float:
     """Fuel flow of level flight [kg/s], the turboprop settled."""
     fdm = start(facts, replace(still(alt_m, speed_mps), burn=True))
@@ -103,6 +108,7 @@ def fuel_flow(facts: Facts, alt_m: float, speed_mps: float) -> float:
     return (before - fdm["propulsion/total-fuel-lbs"]) * LB / 20.0
 
 
+@cache
 def stall_speed(facts: Facts, flap_deg: float) -> float:
     """Lowest equivalent airspeed [m/s] while the lever is back and the height is held until the lift is lost."""
     speed = 50.0 if flap_deg == 0.0 else 43.0

@@ -24,21 +24,21 @@ import numpy as np
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight import bare_run, fly
 from magsim.flight.model.rates import log_rate_hz
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.weather import Weather
 from magsim.flight.path.patterns import path_of
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.pilot import Pilot
 from magsim.flight.pilot.response import UNITY
-from magsim.flight.pilot.trains import Sweep
+from magsim.flight.pilot.trains import SineTrain
 from magsim.loading import LoadedScenario, load_scenario
 from magsim.scenario import Box, Scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
 MEMORY = Path("/proc/self/statm")
 """Where Linux tells the memory of a process, in pages."""
-STRAIGHT = Setup(lat_rad=0.29, lon_rad=1.97, alt_m=3000.0, course=0.0, speed_mps=75.0)
-LOW = Setup(lat_rad=0.29, lon_rad=1.97, alt_m=100.0, course=0.0, speed_mps=25.0)
+STRAIGHT = PlantSetup(lat_rad=0.29, lon_rad=1.97, alt_m=3000.0, course=0.0, speed_mps=75.0)
+LOW = PlantSetup(lat_rad=0.29, lon_rad=1.97, alt_m=100.0, course=0.0, speed_mps=25.0)
 """Where the drone flies."""
 TRAINS = (("pitch", 5.0, 10.0), ("roll", 10.0, 33.0), ("yaw", 5.0, 56.0))
 """Axis, amplitude [deg] and start [s] of the maneuvers of the comparison of rates: a figure-of-merit set, 5 s each."""
@@ -102,23 +102,25 @@ def scaling_rows(name: str, repeat: int, seconds: float) -> list[Row]:
     ]
 
 
-def pilot_of(aircraft: Aircraft, setup: Setup, log_hz: int, sweeps: list[Sweep]) -> Pilot:
+def pilot_of(aircraft: Aircraft, setup: PlantSetup, log_hz: int, trains: list[SineTrain]) -> Pilot:
     """A pilot on a small box around the plane's origin."""
     path = path_of(Box(leg_m=6000.0), math.degrees(setup.course), setup.speed_mps, 4.0)
     plane = LocalPlane(setup.lat_rad, setup.lon_rad, setup.alt_m)
     return Pilot(
-        aircraft.facts, setup, plane=plane, path=path, along_m=0.0, log_hz=log_hz, response=(UNITY,), sweeps=sweeps
+        aircraft.facts, setup, plane=plane, path=path, along_m=0.0, log_hz=log_hz, response=(UNITY,), trains=trains
     )
 
 
-def attitude(aircraft: Aircraft, setup: Setup, log_hz: int, duration_s: float, sweeps: list[Sweep]) -> np.ndarray:
+def attitude(
+    aircraft: Aircraft, setup: PlantSetup, log_hz: int, duration_s: float, trains: list[SineTrain]
+) -> np.ndarray:
     """Roll, pitch, heading [rad] of a flight, (n, 3)."""
-    log = pilot_of(aircraft, setup, log_hz, sweeps).fly(lambda pilot: pilot.plant.time_s >= duration_s)
+    log = pilot_of(aircraft, setup, log_hz, trains).fly(lambda pilot: pilot.plant.time_s >= duration_s)
     return log.trajectory(aircraft.facts.cg_b).attitude
 
 
 def interpolation_error_deg(
-    aircraft: Aircraft, log_hz: int | None = None, seeds: int = 3, place: Setup = STRAIGHT
+    aircraft: Aircraft, log_hz: int | None = None, seeds: int = 3, place: PlantSetup = STRAIGHT
 ) -> float:
     """Largest difference between the interpolant of a log, at its default rate if none, and the log of every step."""
     worst = 0.0
@@ -140,8 +142,8 @@ def interpolation_error_deg(
 
 def rate_convergence_deg(aircraft: Aircraft) -> float:
     """Largest difference of attitude between 120 and 960 Hz over 100 s of maneuvers and a turn."""
-    sweeps = [Sweep(axis, 1, 1, start, 5.0, 3, size, 2.5, 2.5) for axis, size, start in TRAINS]
-    coarse, fine = (attitude(aircraft, replace(STRAIGHT, step_hz=hz), 30, 100.0, sweeps) for hz in (120, 960))
+    trains = [SineTrain(axis, 1, 1, start, 5.0, 3, size, 2.5, 2.5) for axis, size, start in TRAINS]
+    coarse, fine = (attitude(aircraft, replace(STRAIGHT, step_hz=hz), 30, 100.0, trains) for hz in (120, 960))
     return float(np.degrees(np.abs(coarse - fine).max()))
 
 
@@ -154,8 +156,9 @@ def resident_mb() -> float:
 def memory_growth_mb(loaded: LoadedScenario, flights: int) -> float:
     """Growth of memory from the first tenth of many short flights to the last."""
     raw = loaded.scenario.model_dump(by_alias=True)
-    raw["pattern"] = {"kind": "box", "leg_m": 500.0, "lead_s": 0.0}
+    raw["pattern"] = {"kind": "straight", "leg_m": 500.0, "lead_s": 0.0}
     raw["flight"] = raw["flight"] | {"warmup_s": 30.0}
+    raw["recording"] = raw["recording"] | {"train_circuits": [1], "valid_legs": []}
     short = Scenario.model_validate(raw, context={"aircraft": loaded.aircraft})
     before = 0.0
     for count in range(1, flights + 1):

@@ -1,4 +1,4 @@
-"""The command line as users meet it: output, exit codes, messages."""
+"""The command line: output, exit codes, messages."""
 
 import json
 import os
@@ -14,8 +14,9 @@ import pytest
 
 import magsim
 from magsim import cli
-from magsim.cli.interrupts import held
+from magsim.cli.interrupts import delayed
 from magsim.recording import Recording, file
+from magsim.storage import cache_folder
 
 MAGSIM = [sys.executable, "-m", "magsim"]
 
@@ -27,8 +28,8 @@ def magsim_run(*args: str, cwd: Path, **environment: str) -> subprocess.Complete
 
 
 @pytest.fixture(autouse=True)
-def heard():
-    """Interrupts are heard, here and in children, where the tests themselves run in the background and ignore them."""
+def interrupts_arrive():
+    """Let interrupts arrive, here and in children: tests that run in the background ignore them."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -89,7 +90,7 @@ def test_schema_is_json(here, capsys):
     assert "aircraft" in schema["properties"]
 
 
-def test_info_tells_what_a_recording_holds(here, capsys):
+def test_info_shows_the_contents_of_a_recording(here, capsys):
     small().write("small.h5")
     assert cli.main(["info", "small.h5"]) == 0
     out = capsys.readouterr().out
@@ -99,7 +100,7 @@ def test_info_tells_what_a_recording_holds(here, capsys):
     assert "1        1    train  pitch  -        6         -       5          5.02" in out
 
 
-def test_info_tells_how_a_drape_was_flown(here, capsys):
+def test_info_shows_how_a_drape_was_flown(here, capsys):
     recording = small()
     notes = {"drape_worst_error_m": 1.25, "drape_lowest_above_ground_m": "\x1b[31m"}
     Recording(recording.name, recording.time_s, recording.data, {"notes": notes}).write("drape.h5")
@@ -120,18 +121,18 @@ def test_info_lists_several_flights(here, capsys):
     assert "Columns" not in out
 
 
-def test_info_tells_one_flight_of_a_shard_in_full(here, capsys):
+def test_info_shows_one_flight_of_a_shard_in_full(here, capsys):
     file.write(Path("two.h5"), [small("first"), small("second")])
     assert cli.main(["info", "two.h5", "--flight", "second"]) == 0
     text = capsys.readouterr().out
     assert "second" in text
     assert "first" not in text
-    assert "Where it comes from" in text
+    assert "Provenance" in text
     assert cli.main(["info", "two.h5", "--flight", "third"]) == 2
     assert "there is no flight 'third'" in capsys.readouterr().err
 
 
-def test_verify_says_whether_a_file_is_sound(here, capsys):
+def test_verify_reports_whether_a_file_is_sound(here, capsys):
     file.write(Path("two.h5"), [small("first"), small("second")])
     assert cli.main(["verify", "two.h5"]) == 0
     size = Path("two.h5").stat().st_size
@@ -226,7 +227,10 @@ SHORT = ("pattern.circuits=1", "pattern.leg_m=4000", 'pattern.maneuvers=[{ axis 
 
 
 def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
-    """Another folder, name instead of path, thread count, time zone, empty cache, hash seed."""
+    """Another folder, name instead of path, thread count, time zone, empty cache, hash seed.
+
+    The second run computes on two threads what the others read from the cache of all tests.
+    """
     source = Path(magsim.__file__).parents[1] / "scenarios" / "calibration_c208b.toml"
     runs = [
         (["generate", str(source)], {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "TZ": "UTC"}),
@@ -240,7 +244,7 @@ def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
     for number, (args, environment) in enumerate(runs):
         folder = here / str(number)
         folder.mkdir()
-        cache = {"MAGSIM_CACHE": str(here / ("cache_a" if number != 1 else "cache_b"))}
+        cache = {"MAGSIM_CACHE": str(here / "cache" if number == 1 else cache_folder())}
         run = magsim_run(*args, *(f"--set={override}" for override in SHORT), cwd=folder, **environment, **cache)
         assert run.returncode == 0, run.stderr
         assert run.stderr == ""
@@ -254,7 +258,7 @@ def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
         assert word.encode() not in data
 
 
-def test_an_interrupt_is_held_back_not_lost():
+def test_an_interrupt_is_delayed_not_lost():
     seen = []
 
     def load() -> None:
@@ -265,7 +269,7 @@ def test_an_interrupt_is_held_back_not_lost():
         except BaseException:
             seen.append("was lost")
 
-    with pytest.raises(KeyboardInterrupt), held():
+    with pytest.raises(KeyboardInterrupt), delayed():
         load()
     assert seen == ["went on"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

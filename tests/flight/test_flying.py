@@ -1,4 +1,4 @@
-"""Flights: legs, closures, amplitudes, kinematics, the same bytes again, and plain words when one goes wrong."""
+"""Flights: legs, closures, amplitudes, kinematics, the same bytes again, and the messages when one goes wrong."""
 
 import hashlib
 import math
@@ -54,7 +54,7 @@ def closure_m(flight: Flight, start_s: float, stop_s: float) -> float:
     return float(np.linalg.norm(points[1] - points[0]))
 
 
-def test_legs_are_as_long_as_asked(box: Flight) -> None:
+def test_legs_have_their_length(box: Flight) -> None:
     legs = [segment for segment in box.segments if not segment.turn]
     assert [leg.heading_deg for leg in legs] == [0.0, 90.0, 180.0, 270.0]
     assert all(abs(leg.length_m - 11_000.0) < 50.0 for leg in legs)
@@ -185,15 +185,16 @@ def test_position_velocity_attitude_and_rates_belong_together(box: Flight) -> No
     spin = np.einsum("nji,njk->nik", rot[inner], (rot[2:] - rot[:-2]) / step)
     rate = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1)
     assert np.abs(rate - carrier.rate_b[inner]).max() < math.radians(0.3)
-    # In the quiet before the first maneuver the differences are exact enough to tell the turning of the local frame,
-    # 1.2e-5 rad/s, from none.
+    # In the quiet before the first maneuver the differences are exact enough to see the turning of the local frame,
+    # 1.2e-5 rad/s.
     quiet = (carrier.time_s[inner] > 1.0) & (carrier.time_s[inner] < 11.0)
     assert np.abs((rate - carrier.rate_b[inner])[quiet]).max() < 5e-7
 
 
 def test_rates_are_those_of_the_local_frame(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
     # Straight to the east at 80 degrees north the local frame turns by v tan(lat) / R: 3.8e-3 deg/s.
-    flight = fly(scenario_of({"kind": "box", "leg_m": 2500.0}, start={"lat_deg": 80.0, "heading_deg": 90.0}), cessna)
+    pattern = {"kind": "straight", "leg_m": 2500.0}
+    flight = fly(scenario_of(pattern, start={"lat_deg": 80.0, "heading_deg": 90.0}), cessna)
     rows = (flight.carrier.time_s > 2.0) & (flight.carrier.time_s < 25.0)
     turned = np.polyfit(flight.carrier.time_s[rows], flight.carrier.attitude[rows, 2], 1)[0]
     assert math.degrees(turned) == pytest.approx(3.8e-3, rel=0.3)
@@ -256,7 +257,7 @@ def test_the_same_flight_has_the_same_bytes(cessna: Aircraft, scenario_of: Scena
         "MAGSIM_CACHE": str(tmp_path / "cache"),
         "PYTHONPATH": str(ROOT),
     }
-    told = subprocess.run(
+    child = subprocess.run(
         [sys.executable, "-c", CHILD, rough.model_dump_json(by_alias=True)],
         check=True,
         capture_output=True,
@@ -264,11 +265,11 @@ def test_the_same_flight_has_the_same_bytes(cessna: Aircraft, scenario_of: Scena
         env=env,
         cwd=tmp_path,
     )
-    assert told.stdout.strip() == first
+    assert child.stdout.strip() == first
 
 
 def test_the_seed_is_the_weather(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
-    pattern = {"kind": "box", "leg_m": 2500.0}
+    pattern = {"kind": "straight", "leg_m": 2500.0}
     rough = [scenario_of(pattern, air={"turbulence_severity": 2}, seed=seed) for seed in (1, 2)]
     assert digest(fly(rough[0], cessna)) != digest(fly(rough[1], cessna))
     calm = [scenario_of(pattern, seed=seed) for seed in (1, 2)]
@@ -288,14 +289,14 @@ def test_the_shipped_flight_meets_its_figures() -> None:
 
 
 def test_progress_rises_to_one(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
-    told: list[float] = []
-    fly(scenario_of({"kind": "box", "leg_m": 2500.0}), cessna, progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
-    assert 50 < len(told) < 400
+    shares: list[float] = []
+    fly(scenario_of({"kind": "straight", "leg_m": 2500.0}), cessna, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert 50 < len(shares) < 400
 
 
-def test_a_flight_into_the_ground_is_told(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
+def test_a_flight_into_the_ground_is_reported(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
     trains = [{"axis": "pitch", "amplitude_deg": 15.0, "period_s": 10.0, "cycles": 3}]
     low = scenario_of(
         {"kind": "box", "leg_m": 6000.0, "maneuvers": trains, "allow_beyond_crew_g": True}, start={"alt_m": 20.0}
@@ -304,7 +305,7 @@ def test_a_flight_into_the_ground_is_told(cessna: Aircraft, scenario_of: Scenari
         fly(low, cessna)
 
 
-def test_a_speed_below_the_stall_is_told(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
+def test_a_speed_below_the_stall_is_reported(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
     high = scenario_of({"kind": "box", "leg_m": 2500.0}, start={"alt_m": 7600.0, "speed_mps": 50.0})
     with pytest.raises(RequestError, match=r"start.speed_mps: .* no straight and level flight at 50 m/s and 7600 m"):
         fly(high, cessna)
@@ -324,5 +325,5 @@ def test_a_bare_run_flies_the_same_model(cessna: Aircraft, scenario_of: Scenario
 def test_the_aircraft_folder_is_left_alone(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
     folder = ROOT / "aircraft"
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    fly(scenario_of({"kind": "box", "leg_m": 2500.0}), cessna)
+    fly(scenario_of({"kind": "straight", "leg_m": 2500.0}), cessna)
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before

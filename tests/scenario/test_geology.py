@@ -65,17 +65,17 @@ def test_base_station_takes_the_variation_off(line):
     assert np.std(left) < 0.2 * np.std(variation)
 
 
-def told(*overrides: str) -> str:
+def error_of(*overrides: str) -> str:
     with pytest.raises(RequestError) as caught:
         load_scenario("geology_c208b", overrides)
     return str(caught.value)
 
 
 def test_too_long_a_shortest_wavelength_is_refused_with_the_number():
-    message = told("field.crust.shortest_m=150.0")
+    message = error_of("field.crust.shortest_m=150.0")
     assert "field.crust.shortest_m: 150 m leaves the top of the compensation band, 0.6 Hz, without geology" in message
     assert "70 m/s; allowed: up to 116.7, or with allow_smooth = true" in message
-    windy = told("field.crust.shortest_m=116.0", "air.wind_north_mps=-10.0")
+    windy = error_of("field.crust.shortest_m=116.0", "air.wind_north_mps=-10.0")
     assert "60 m/s; allowed: up to 100, or" in windy
     load_scenario("geology_c208b", ["field.crust.shortest_m=150.0", "field.crust.allow_smooth=true"])
     load_scenario("geology_c208b", ["field.crust.shortest_m=116.0"])
@@ -91,24 +91,27 @@ TARGETS = "field.targets[1]"
         (["field.crust.longest_m=1000.0", "field.crust.shortest_m=2000.0"], "1000 is not above shortest_m = 2000"),
         ([f"{TARGETS}.name='dike'"], "'dike' is the name of another target, too"),
         ([f"{TARGETS}.kind='cube'"], "allowed: 'dipole', 'prism', 'sphere'"),
-        ([f"{TARGETS}.lat_deg=52.0"], "told twice or not wholly; allowed: either lat_deg and lon_deg, or north_m and"),
+        (
+            [f"{TARGETS}.lat_deg=52.0"],
+            "given twice or only in part; allowed: either lat_deg and lon_deg, or north_m and",
+        ),
         (["field.targets[0].susceptibility=3.0"], "susceptibility: 3 is not allowed"),
         (["field.targets[0].susceptibility=0.0", "field.targets[0].remanence_apm=[0.0, 0.0, 0.0]"], "is not magnetic"),
         (["sensors.base.delay_s=5.0"], "sensors.base.delay_s: 5 is not allowed"),
         (["sensors.base.rate_hz=0.1"], "sensors.base.rate_hz: 0.1 is not allowed"),
-        (["sensors.base.north_m=5.0"], "told twice or not wholly"),
+        (["sensors.base.north_m=5.0"], "given twice or only in part"),
         (["field.variation.drift_s=0.0"], "field.variation.drift_s: 0 is not allowed"),
     ],
 )
-def test_wrong_settings_are_told(overrides, wanted):
-    assert wanted in told(*overrides)
+def test_wrong_settings_are_reported(overrides, wanted):
+    assert wanted in error_of(*overrides)
 
 
 def test_a_target_without_a_place_is_refused(tmp_path):
     text = (ROOT / "scenarios" / "geology_c208b.toml").read_text()
     path = tmp_path / "nowhere.toml"
     path.write_text("\n".join(row for row in text.split("\n") if not row.startswith(("north_m = 4", "east_m = 1_470"))))
-    with pytest.raises(RequestError, match="no place is told; allowed: either lat_deg and lon_deg"):
+    with pytest.raises(RequestError, match="has no place; allowed: either lat_deg and lon_deg"):
         load_scenario(path)
 
 

@@ -12,7 +12,7 @@ TIME = np.arange(-480, 120 * 604 + 1) / 120.0
 
 
 def field(time: np.ndarray) -> np.ndarray:
-    """Along the vector (2, 1, 2) / 3, so that the length is told."""
+    """Along the vector (2, 1, 2) / 3, so that the length is known."""
     total = 49_000.0 + 5.0 * np.sin(2.0 * np.pi * time / 100.0)
     return total[:, None] * np.array([2.0, 1.0, 2.0]) / 3.0
 

@@ -1,4 +1,4 @@
-"""Clocks: what a row says was taken when it is said to have been; labels and truth stay at the tag."""
+"""Clocks: a reading is taken at the instant that its clock gives; labels and truth stay at the tag."""
 
 import numpy as np
 import pytest

@@ -154,9 +154,9 @@ def test_there_and_back():
     pull = attraction_i(fine + 0.5 * step)
     for k, start in enumerate(fine[:-1]):
         turn = step * rate_at(start + 0.5 * step)
-        felt = (attitude * Rotation.from_rotvec(0.5 * turn)).apply(force_at(start + 0.5 * step)) + pull[k]
-        place = place + step * velocity + 0.5 * step**2 * felt
-        velocity = velocity + step * felt
+        acceleration = (attitude * Rotation.from_rotvec(0.5 * turn)).apply(force_at(start + 0.5 * step)) + pull[k]
+        place = place + step * velocity + 0.5 * step**2 * acceleration
+        velocity = velocity + step * acceleration
         attitude = attitude * Rotation.from_rotvec(turn)
     end = fine[-1:]
     assert np.degrees((attitude.inv() * attitude_i(end)[0]).magnitude()) < 0.002

@@ -261,7 +261,7 @@ def test_presets_fill_what_is_left_out():
         ("sensors.ins.jitter_s=-0.1", r"sensors.ins.jitter_s: -0.1 .*0"),
     ],
 )
-def test_wrong_keys_are_told(text, wanted):
+def test_wrong_keys_are_reported(text, wanted):
     from magsim.loading import load_scenario
 
     with pytest.raises(RequestError, match=wanted):

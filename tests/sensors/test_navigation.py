@@ -89,9 +89,9 @@ def offset_n(ins, rows, seed=1):
     """Position errors north, east, down [m]."""
     path = trajectory(rows)
     out = ins_columns(ins, path, 10.0, seed)
-    said = ecef_from_geodetic(np.radians(out["ins_lat_deg"]), np.radians(out["ins_lon_deg"]), out["ins_alt_m"])
+    read_e = ecef_from_geodetic(np.radians(out["ins_lat_deg"]), np.radians(out["ins_lon_deg"]), out["ins_alt_m"])
     true = ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m)
-    return np.einsum("nij,nj->ni", rot_ne_at(path.lat_rad, path.lon_rad), said - true)
+    return np.einsum("nij,nj->ni", rot_ne_at(path.lat_rad, path.lon_rad), read_e - true)
 
 
 def test_drift_of_position_and_velocity():
@@ -111,9 +111,9 @@ def test_drift_of_position_and_velocity():
 def test_position_errors_are_meters_in_local_axes():
     path = trajectory()
     out = ins_columns(Ins(position_noise_m=3.0), path, 10.0, 1)
-    said = ecef_from_geodetic(np.radians(out["ins_lat_deg"]), np.radians(out["ins_lon_deg"]), out["ins_alt_m"])
+    read_e = ecef_from_geodetic(np.radians(out["ins_lat_deg"]), np.radians(out["ins_lon_deg"]), out["ins_alt_m"])
     true = ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m)
-    offset = np.einsum("nij,nj->ni", rot_ne_at(path.lat_rad, path.lon_rad), said - true)
+    offset = np.einsum("nij,nj->ni", rot_ne_at(path.lat_rad, path.lon_rad), read_e - true)
     np.testing.assert_allclose(offset.std(axis=0), 3.0, rtol=0.04)
     # Down is the third channel of the same numbers.
     np.testing.assert_allclose(-(out["ins_alt_m"] - 3000.0), offset[:, 2], atol=1e-4)

@@ -30,7 +30,7 @@ def test_white_noise_in_the_compensation_band():
     assert signals.band_pass(rows, 10.0).std() == pytest.approx(wanted, rel=0.03)
 
 
-def test_gauss_markov_is_stationary_and_correlated_as_told():
+def test_gauss_markov_is_stationary_and_correlated_as_set():
     sigma, tau, rate = 2.0, 3.0, 10.0
     runs = gauss_markov(stream(3, "d"), (60, 40_000), sigma, tau, rate)
     # 40 000 runs: 0.35 % for a standard deviation, 0.5 % of the variance for a covariance.

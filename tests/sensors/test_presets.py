@@ -40,7 +40,7 @@ def test_noise_of_cs_vapor():
 
 
 def test_heading_error_of_cs_vapor_stays_in_its_bound():
-    """0.15 nT in sum over all angles at which it reads; beyond them it says that it does not."""
+    """0.15 nT in sum over all angles at which it reads; beyond them it is marked as invalid."""
     seen, read = [], []
     angles = np.arange(1.0, 180.0, 3.0)
     for angle in np.radians(angles):
@@ -83,9 +83,9 @@ def test_constant_errors_of_fluxgate_survey():
     sensor = FluxgateSensor(name="a", mount="cabin", preset="fluxgate_survey", noise_nt_rthz=0.0, step_nt=0.0)
     out = fluxgate_columns(sensor, truth, acquisition, 1)
     mounted = rot_nb_from_attitude(np.radians([0.4, -0.3, 0.6])).T @ field
-    felt = (1.0 + np.array([0.002, -0.0015, 0.001])) * (sensing_axes((0.2, -0.15, 0.25)) @ mounted)
-    across = np.array([felt[1] ** 2 + felt[2] ** 2, felt[0] ** 2 + felt[2] ** 2, felt[0] ** 2 + felt[1] ** 2])
-    wanted = felt + [30.0, -20.0, 40.0] + np.array([10.0, -10.0, 10.0]) * across / 50e3**2 - field
+    along = (1.0 + np.array([0.002, -0.0015, 0.001])) * (sensing_axes((0.2, -0.15, 0.25)) @ mounted)
+    across = np.array([along[1] ** 2 + along[2] ** 2, along[0] ** 2 + along[2] ** 2, along[0] ** 2 + along[1] ** 2])
+    wanted = along + [30.0, -20.0, 40.0] + np.array([10.0, -10.0, 10.0]) * across / 50e3**2 - field
     for k, axis in enumerate("xyz"):
         np.testing.assert_allclose(out[f"fluxerror_a_{axis}_nt"], wanted[k], rtol=0, atol=1e-6)
     assert 50.0 < np.abs(wanted).max() < 1000.0

@@ -44,8 +44,8 @@ def test_a_quiet_one_reads_the_height_and_never_less_than_nothing():
 
 def test_beyond_its_range_and_tilt_there_is_no_echo():
     far = np.where(np.arange(ROWS) < 100, 299.0, 301.0)
-    heard = reading(Radar(max_range_m=300.0), height_m=far) != -1.0
-    np.testing.assert_array_equal(heard, far < 300.0)
+    has_echo = reading(Radar(max_range_m=300.0), height_m=far) != -1.0
+    np.testing.assert_array_equal(has_echo, far < 300.0)
     assert set(reading(Radar(max_tilt_deg=20.0), roll=19.9)) != {-1.0}
     assert set(reading(Radar(max_tilt_deg=20.0), roll=20.1)) == {-1.0}
     # Tilts of both axes: cos 15 cos 15 is the cosine of 21.1 degrees.

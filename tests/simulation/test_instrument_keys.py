@@ -12,7 +12,7 @@ import pytest
 from magsim import scenario
 from magsim.simulation import record
 from magsim.terrain import Flat, Ground
-from tests.simulation.test_simulation import flight, loaded, truth
+from tests.support.measured import flight, loaded, truth
 
 SCALAR = {
     "name": "cabin",
@@ -54,6 +54,9 @@ TABLES = {
     "base": {},
     "electrical": {},
 }
+
+DURATION_S = 16.0
+"""Two and a half periods of the field's wave."""
 
 CLOCK = {"skew_s": 0.05, "jitter_s": 0.01, "drift_ppm": 150.0}
 SCALAR_CHANGES = CLOCK | {
@@ -154,10 +157,10 @@ NO_ERRORS = {"name", "mount", "body", "preset", "lat_deg", "lon_deg", "north_m",
 @cache
 def world():
     """Flight, field with a feeder and a bus, and ground."""
-    field = truth()
+    field = truth(DURATION_S)
     t = field.time_s
     electric = {"currents_a": {"pump": 3.0 + np.sin(t)}, "voltages_v": {"main": 28.0 + 0.3 * np.sin(t)}}
-    return flight(), replace(field, **electric), Ground(Flat(100.0), 0.0)
+    return flight(DURATION_S), replace(field, **electric), Ground(Flat(100.0), 0.0)
 
 
 def recorded(*, scalar=None, fluxgate=None, **tables):
@@ -167,8 +170,8 @@ def recorded(*, scalar=None, fluxgate=None, **tables):
     radar = scenario.Radar(**sensors.pop("radar"))
     whole = loaded([SCALAR | (scalar or {}), {"name": "tail", "mount": "stinger"}], sensors=sensors)
     # A scenario with a radar would ask for terrain.
-    heard = whole.scenario.sensors.model_copy(update={"radar": radar})
-    flying = whole.scenario.model_copy(update={"sensors": heard})
+    with_radar = whole.scenario.sensors.model_copy(update={"radar": radar})
+    flying = whole.scenario.model_copy(update={"sensors": with_radar})
     return record(replace(whole, ground=ground, scenario=flying), flown, {"carrier": field}).data
 
 

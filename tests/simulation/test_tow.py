@@ -124,7 +124,7 @@ def test_the_ins_is_in_the_bird_and_the_other_one_in_the_carrier(tow: Recording)
     assert np.abs(tow["ins_alt_m"] - tow["true_alt_m"]).max() < 0.2
     assert np.abs(tow["carrier_alt_m"] - tow["true_carrier_alt_m"]).max() < 0.1
     assert np.std(tow["true_roll_deg"]) > np.std(tow["true_carrier_roll_deg"])
-    # Rope angles and places tell the same: the line from hook to bridle.
+    # Rope angles and positions agree: the line from hook to bridle.
     north = 111_194.0 * (tow["true_lat_deg"] - tow["true_carrier_lat_deg"])
     trail = np.degrees(np.arctan2(-north, below - 1.1))
     assert np.abs(trail - tow["true_rope_trail_deg"]).mean() < 0.7
@@ -137,7 +137,7 @@ def test_ground_and_radar_are_under_the_bird(tow: Recording) -> None:
 
 
 def test_a_carriers_clock_is_late_by_itself(tow: Recording) -> None:
-    """Its INS says what was 0.05 s ago; that of the bird has no such skew."""
+    """Its INS reads the motion of 0.05 s ago; that of the bird has no such skew."""
     late = np.interp(tow.time_s - 0.05, tow.time_s, tow["true_carrier_roll_deg"])
     rows = slice(5, None)
     assert np.std((tow["carrier_roll_deg"] - late)[rows]) < 0.6 * np.std(
@@ -195,9 +195,9 @@ def test_a_recording_comes_back(tow: Recording, here: Path, capsys: pytest.Captu
     counted = f"{len(tow)} rows, {len(tow.data)} columns"
     assert re.match(rf"tow\.h5: sound; 1 flights?, {counted}, ", capsys.readouterr().out)
     assert cli.main(["info", "tow.h5"]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for words in ("above, below, boom", "swing_{sensor}_nt", "true_rope_tension_n", "carrier_{angle}_deg"):
-        assert words in said
+        assert words in output
 
 
 @pytest.mark.parametrize("kind", exchange.FORMATS)
@@ -293,7 +293,7 @@ def test_a_bird_of_ones_own_lies_where_the_scenario_does(
         load_scenario("s.toml")
 
 
-def test_feeders_of_carrier_and_bird_are_told_apart(here: Path) -> None:
+def test_feeders_of_carrier_and_bird_are_distinguished(here: Path) -> None:
     shutil.copytree(assets.bird_dir("bird"), here / "mine")
     magnetics = here / "mine" / "magnetics.toml"
     magnetics.write_text(magnetics.read_text().replace('"acquisition"', '"survey_rack"'))
@@ -342,8 +342,8 @@ def test_the_picture_of_a_tow_needs_a_rope(tow: Recording, here: Path, capsys: p
     tow.blind().write("blind.h5")
     for name, title in (("cal", "world"), ("blind", tow.name)):
         assert cli.main(["plot", "tow", f"{name}.h5"]) == 2
-        said = capsys.readouterr().err
-        assert said == f"recording {title!r} has no rope; this figure needs a simulated tow with its truth\n"
+        output = capsys.readouterr().err
+        assert output == f"recording {title!r} has no rope; this figure needs a simulated tow with its truth\n"
     assert sorted(path.name for path in here.iterdir()) == ["blind.h5", "cal.h5", "s.toml"]
 
 
@@ -355,9 +355,9 @@ def test_the_flights_of_paper_002_are_scored(here: Path, capsys: pytest.CaptureF
     methods = "none,tl16_measured,tl16_gradient:order=1"
     command = ["benchmark", "002_diamond.h5", "002_square.h5", "--methods", methods, "-q"]
     assert cli.main([*command, "--scores", "ir_003,ir"]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for words in ("002_square, sensor bird", "tl16_gradient:order=1", "heading 90", "heading 180", "above 0.03 Hz"):
-        assert words in said
+        assert words in output
     assert cli.main([*command, "-o", "report"]) == 0
     table = pd.read_csv("report/table.csv")
     rows = (table["recording"] == "002_square") & (table["segment"] == "test") & (table["metric"] == "std_nt")

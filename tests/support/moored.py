@@ -8,7 +8,7 @@ from pathlib import Path
 import moordyn
 import numpy as np
 
-from magsim.flight.tow.chain import Line
+from magsim.flight.tow.chain import Chain
 from magsim.units import G0
 
 DEPTH_M = 100.0
@@ -66,21 +66,21 @@ def silence() -> Iterator[None]:
         os.close(nowhere)
 
 
-def towed(folder: Path, line: Line, density: float, hook_m: np.ndarray) -> np.ndarray:
+def towed(folder: Path, chain: Chain, density: float, hook_m: np.ndarray) -> np.ndarray:
     """Places of a point body under its hook, (n, 3) [m] north, east, down from the hook, at the times of ``hook_m``.
 
     Parameters
     ----------
     folder : Path
         For the files of MoorDyn.
-    line : Line
+    chain : Chain
         With a ball; it hangs straight down at rest at the beginning.
     density : float [kg/m^3]
     hook_m : (n, 3) [m]
         Places of the hook, north, east, down, ``STEP_HZ`` times a second.
     """
-    rope, body = line.rope, line.body
-    path = folder / "line.txt"
+    rope, body = chain.rope, chain.body
+    path = folder / "chain.txt"
     text = INPUT.format(
         diameter=rope.diameter_m,
         mass_per_m=rope.mass_per_m,
@@ -93,7 +93,7 @@ def towed(folder: Path, line: Line, density: float, hook_m: np.ndarray) -> np.nd
         mass=body.mass_kg,
         area=body.drag_area_m2[0],
         length=rope.length_m,
-        links=line.links,
+        links=chain.links,
         gravity=G0,
         density=density,
     )

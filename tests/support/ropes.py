@@ -1,7 +1,7 @@
 """Ropes and birds by other ways than the simulator's: continuous ropes, closed forms, a dense system with multipliers.
 
-Nothing here calls the equations that it is held against; states and ``air`` are laid out as
-``magsim.flight.tow.chain`` says.
+Nothing here calls the equations that it checks; states and ``air`` have the layout of
+``magsim.flight.tow.dynamics``.
 """
 
 import math
@@ -13,14 +13,14 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.special import j0, j1, y0, y1
 
-from magsim.flight.tow.chain import Body, Line, Rope, ball
+from magsim.flight.tow.chain import Chain, Rope, TowedBody, ball
 from magsim.units import G0
 
 AIR = 1.19
 """Density [kg/m^3]."""
 
 ROPE = Rope(length_m=30.0, diameter_m=0.010, mass_per_m=0.12, normal_drag=1.1, tangential_drag=0.02)
-BIRD = Body(
+BIRD = TowedBody(
     mass_kg=80.0,
     inertia_kgm2=(1.525, 45.68, 45.68),
     bridle_m=(0.15, 0.0, -0.22),
@@ -34,14 +34,14 @@ BIRD = Body(
 )
 
 
-def point_line(mass_kg: float = 80.0, drag_area_m2: float = 0.06, links: int = 10) -> Line:
+def point_chain(mass_kg: float = 80.0, drag_area_m2: float = 0.06, links: int = 10) -> Chain:
     """A rope of 30 m with a point on it."""
-    return Line(ROPE, ball(mass_kg, drag_area_m2), links)
+    return Chain(ROPE, ball(mass_kg, drag_area_m2), links)
 
 
-def bird_line(links: int = 10) -> Line:
+def bird_chain(links: int = 10) -> Chain:
     """The same rope with a finned bird."""
-    return Line(ROPE, BIRD, links)
+    return Chain(ROPE, BIRD, links)
 
 
 def air_of(speed_mps: float, density: float = AIR) -> np.ndarray:
@@ -103,7 +103,7 @@ def flexible_period(rope: Rope, mass_kg: float) -> float:
 # ---- a finned body in the air
 
 
-def body_loads(body: Body, flow: np.ndarray, rate: np.ndarray, density: float) -> tuple[np.ndarray, np.ndarray]:
+def body_loads(body: TowedBody, flow: np.ndarray, rate: np.ndarray, density: float) -> tuple[np.ndarray, np.ndarray]:
     """Force [N] and moment [N m] about the center of gravity, body axes: equations (6) to (13) of the reference.
 
     ``flow`` is the velocity of the air relative to the body, ``rate`` the body's angular rate.
@@ -135,9 +135,9 @@ class Parts(NamedTuple):
     rot: np.ndarray
 
 
-def parts_of(line: Line, state: np.ndarray) -> Parts:
+def parts_of(chain: Chain, state: np.ndarray) -> Parts:
     """Take a state apart."""
-    inner, body = 3 * (line.links - 1), 6 * (line.links - 1)
+    inner, body = 3 * (chain.links - 1), 6 * (chain.links - 1)
     rot = Rotation.from_quat(np.roll(state[body + 9 :], -1)).as_matrix()
     return Parts(
         state[:inner].reshape(-1, 3),
@@ -149,52 +149,52 @@ def parts_of(line: Line, state: np.ndarray) -> Parts:
     )
 
 
-def all_nodes(line: Line, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
+def all_nodes(chain: Chain, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
     """Places and velocities of nodes 0 to N, (N + 1, 3) each."""
-    bridle, origin = np.array(line.body.bridle_m), np.zeros(3)
+    bridle, origin = np.array(chain.body.bridle_m), np.zeros(3)
     place = np.vstack([origin, parts.nodes, parts.place + parts.rot @ bridle])
     return place, np.vstack(
         [origin, parts.velocities, parts.velocity + parts.rot @ np.cross(parts.rate, bridle)],
     )
 
 
-def lengths_m(line: Line, state: np.ndarray) -> np.ndarray:
+def lengths_m(chain: Chain, state: np.ndarray) -> np.ndarray:
     """Length of each link, (N,) [m]."""
-    return np.linalg.norm(np.diff(all_nodes(line, parts_of(line, state))[0], axis=0), axis=1)
+    return np.linalg.norm(np.diff(all_nodes(chain, parts_of(chain, state))[0], axis=0), axis=1)
 
 
-def masses(line: Line) -> tuple[float, float]:
+def masses(chain: Chain) -> tuple[float, float]:
     """Mass of an inner node and of the body with its half of the last link [kg]."""
-    link = line.rope.mass_per_m * line.rope.length_m / line.links
-    return link, line.body.mass_kg + 0.5 * link
+    link = chain.rope.mass_per_m * chain.rope.length_m / chain.links
+    return link, chain.body.mass_kg + 0.5 * link
 
 
-def energy_j(line: Line, state: np.ndarray) -> float:
+def energy_j(chain: Chain, state: np.ndarray) -> float:
     """Kinetic energy and that of the height where down is the third axis [J]."""
-    parts, (link, body) = parts_of(line, state), masses(line)
+    parts, (link, body) = parts_of(chain, state), masses(chain)
     kinetic = 0.5 * link * np.sum(parts.velocities**2) + 0.5 * body * np.sum(parts.velocity**2)
-    kinetic += 0.5 * np.sum(np.array(line.body.inertia_kgm2) * parts.rate**2)
+    kinetic += 0.5 * np.sum(np.array(chain.body.inertia_kgm2) * parts.rate**2)
     return float(kinetic - G0 * (link * parts.nodes[:, 2].sum() + body * parts.place[2]))
 
 
-def dense(line: Line, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple[np.ndarray, np.ndarray]:
+def dense(chain: Chain, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations of nodes, body and body's rates, (3 (N + 1),), and tensions (N,): one system of all of them.
 
     Each link's length is held by a multiplier. The derivatives of the links' rates are taken by complex steps, which
     lose no digits, of a function that knows places and velocities alone. Of the axes' own turning the centers of mass
     feel Coriolis; the body's rotation is counted from the axes as if they stood still.
     """
-    parts, (link_kg, body_kg), n = parts_of(line, state), masses(line), line.links
-    inertia, bridle = np.array(line.body.inertia_kgm2), np.array(line.body.bridle_m)
-    place, velocity = all_nodes(line, parts)
-    spin = np.array(line.spin)
+    parts, (link_kg, body_kg), n = parts_of(chain, state), masses(chain), chain.links
+    inertia, bridle = np.array(chain.body.inertia_kgm2), np.array(chain.body.bridle_m)
+    place, velocity = all_nodes(chain, parts)
+    spin = np.array(chain.spin)
 
     # forces on nodes 1 to N - 1, on the body and their moment in its axes
     force = np.zeros((n + 1, 3))
     for i in range(n):
-        force[i : i + 2] += 0.5 * link_drag(line, air, i, place, velocity)
+        force[i : i + 2] += 0.5 * link_drag(chain, air, i, place, velocity)
     at_bridle = force[n]
-    own, moment = body_loads(line.body, parts.rot.T @ (air[6:9] - parts.velocity), parts.rate, air[9])
+    own, moment = body_loads(chain.body, parts.rot.T @ (air[6:9] - parts.velocity), parts.rate, air[9])
     on_nodes = force[1:n] + link_kg * (air[:3] - 2.0 * np.cross(spin, parts.velocities))
     on_body = parts.rot @ own + at_bridle + body_kg * (air[:3] - 2.0 * np.cross(spin, parts.velocity))
     turning = moment + np.cross(bridle, parts.rot.T @ at_bridle) - np.cross(parts.rate, inertia * parts.rate)
@@ -204,30 +204,30 @@ def dense(line: Line, state: np.ndarray, air: np.ndarray, gamma: float) -> tuple
     # the links' rates change by the motion that is, and by what is added to each velocity
     tiny, size = 1e-30, len(mass)
     still = np.zeros(size)
-    drift = _link_rates(line, parts, tiny * 1j, still).imag / tiny
-    slopes = np.column_stack([_link_rates(line, parts, 0.0, tiny * 1j * unit).imag / tiny for unit in np.eye(size)])
-    rates, stretch = _link_rates(line, parts, 0.0, still).real, lengths_m(line, state) - line.rope.length_m / n
+    drift = _link_rates(chain, parts, tiny * 1j, still).imag / tiny
+    slopes = np.column_stack([_link_rates(chain, parts, 0.0, tiny * 1j * unit).imag / tiny for unit in np.eye(size)])
+    rates, stretch = _link_rates(chain, parts, 0.0, still).real, lengths_m(chain, state) - chain.rope.length_m / n
     wanted = -drift - 2.0 * gamma * rates - gamma**2 * stretch
     system = np.block([[np.diag(mass), slopes.T], [slopes, np.zeros((n, n))]])
     found = np.linalg.solve(system, np.concatenate([known, wanted]))
     return found[:size], found[size:]
 
 
-def link_drag(line: Line, air: np.ndarray, i: int, place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+def link_drag(chain: Chain, air: np.ndarray, i: int, place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Drag of a link at its mean velocity, (3,) [N]."""
-    rope, share = line.rope, (i + 0.5) / line.links
+    rope, share = chain.rope, (i + 0.5) / chain.links
     along = (place[i + 1] - place[i]) / np.linalg.norm(place[i + 1] - place[i])
     flow = (1.0 - share) * air[3:6] + share * air[6:9] - 0.5 * (velocity[i] + velocity[i + 1])
     past = flow @ along
     across = flow - past * along
     normal = rope.normal_drag * np.linalg.norm(across) * across
     tangential = math.pi * rope.tangential_drag * abs(past) * past * along
-    return 0.5 * air[9] * rope.diameter_m * rope.length_m / line.links * (normal + tangential)
+    return 0.5 * air[9] * rope.diameter_m * rope.length_m / chain.links * (normal + tangential)
 
 
-def _link_rates(line: Line, parts: Parts, after: complex, added: np.ndarray) -> np.ndarray:
+def _link_rates(chain: Chain, parts: Parts, after: complex, added: np.ndarray) -> np.ndarray:
     """Rate of each link's length after a short time without accelerations, with something added to the velocities."""
-    inner, bridle = 3 * (line.links - 1), np.array(line.body.bridle_m)
+    inner, bridle = 3 * (chain.links - 1), np.array(chain.body.bridle_m)
     rate = parts.rate + added[inner + 3 :]
     # to first order in a complex step the rotation is turned exactly
     rot = parts.rot + after * parts.rot @ _cross(parts.rate)

@@ -6,22 +6,22 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from magsim.flight.tow.chain import Line
+from magsim.flight.tow.chain import Chain
 from magsim.flight.tow.dynamics import advance
-from magsim.flight.tow.equilibrium import hanging, steady
+from magsim.flight.tow.equilibrium import find_equilibrium, hanging_state
 from tests.support.ropes import AIR, air_of
 
-Drive = Callable[[np.ndarray], np.ndarray]
+Forcing = Callable[[np.ndarray], np.ndarray]
 
 
-def level(speed_mps: float, density: float = AIR) -> Drive:
+def level(speed_mps: float, density: float = AIR) -> Forcing:
     """A level tow to the north."""
     return lambda time_s: np.tile(air_of(speed_mps, density), (len(time_s), 1))
 
 
 def moved(
     speed_mps: float, amplitude_m: float, period_s: float, *, axis: int = 1, ease_s: float = 0.0, density: float = AIR
-) -> Drive:
+) -> Forcing:
     """A tow to the north whose hook swings as a sine along an axis: 1 to the right, 2 down.
 
     The swing begins within ``ease_s``, with three continuous derivatives of its size.
@@ -45,16 +45,16 @@ def moved(
     return drive
 
 
-def at_rest(line: Line, speed_mps: float, density: float = AIR) -> np.ndarray:
-    """State of a line in its equilibrium, (s,)."""
-    found = steady(line, speed_mps, density)
+def at_rest(chain: Chain, speed_mps: float, density: float = AIR) -> np.ndarray:
+    """State of a chain in its equilibrium, (s,)."""
+    found = find_equilibrium(chain, speed_mps, density)
     assert found is not None
-    return hanging(line, found, air_of(speed_mps, density))
+    return hanging_state(chain, found, air_of(speed_mps, density))
 
 
-def tilted(line: Line, state: np.ndarray, angle_rad: float, axis: str = "x") -> np.ndarray:
-    """The whole line turned stiffly about the tow point: about x to the side, about y along the tow."""
-    turn, inner, body = Rotation.from_euler(axis, angle_rad), 3 * (line.links - 1), 6 * (line.links - 1)
+def tilted(chain: Chain, state: np.ndarray, angle_rad: float, axis: str = "x") -> np.ndarray:
+    """The whole chain turned stiffly about the tow point: about x to the side, about y along the tow."""
+    turn, inner, body = Rotation.from_euler(axis, angle_rad), 3 * (chain.links - 1), 6 * (chain.links - 1)
     out = state.copy()
     for first in (*range(0, 2 * inner, 3), body, body + 3):
         out[first : first + 3] = turn.apply(state[first : first + 3])
@@ -63,7 +63,7 @@ def tilted(line: Line, state: np.ndarray, angle_rad: float, axis: str = "x") -> 
 
 
 def states(
-    line: Line, state: np.ndarray, drive: Drive, *, seconds: float, step_hz: int, log_hz: int
+    chain: Chain, state: np.ndarray, drive: Forcing, *, seconds: float, step_hz: int, log_hz: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times (m,), states (m, s) there and, between the rows, least and most tension (m - 1, 2), from time 0 on."""
     every, rows = step_hz // log_hz, round(seconds * log_hz)
@@ -71,14 +71,14 @@ def states(
     airs, logged = drive(np.arange(2 * rows * every + 1) / (2.0 * step_hz)), np.empty((every, 4))
     out[0] = now
     for row in range(rows):
-        advance(line.numbers, now, airs[2 * row * every : 2 * (row + 1) * every + 1], 1.0 / step_hz, logged)
+        advance(chain.constants, now, airs[2 * row * every : 2 * (row + 1) * every + 1], 1.0 / step_hz, logged)
         out[row + 1], tension[row] = now, [logged[:, 2].min(), logged[:, 3].max()]
     return np.arange(rows + 1) / log_hz, out, tension
 
 
-def body_of(line: Line, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def body_of(chain: Chain, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Places (m, 3) [m] of the body and its roll, pitch and heading (m, 3) [rad] in rows of states."""
-    body = 6 * (line.links - 1)
+    body = 6 * (chain.links - 1)
     turns = Rotation.from_quat(np.roll(rows[:, body + 9 :], -1, axis=1)).as_euler("ZYX")
     return rows[:, body : body + 3], np.unwrap(turns[:, ::-1], axis=0)
 
@@ -120,20 +120,20 @@ def strongest_mode(values: np.ndarray, step_s: float, *, above_hz: float, order:
     return float(abs(rate.imag) / (2.0 * np.pi)), float(-rate.real / abs(rate))
 
 
-def nudged(line: Line, speed_mps: float, axis: int, log_hz: int = 8) -> np.ndarray:
+def nudged(chain: Chain, speed_mps: float, axis: int, log_hz: int = 8) -> np.ndarray:
     """Angle [rad] about an axis of a body that is given a small rate about it in its equilibrium: 1 pitch, 2 yaw.
 
     20 s, counted from the equilibrium.
     """
-    state, body = at_rest(line, speed_mps), 6 * (line.links - 1)
-    before = body_of(line, state[None])[1][0, axis]
+    state, body = at_rest(chain, speed_mps), 6 * (chain.links - 1)
+    before = body_of(chain, state[None])[1][0, axis]
     state[body + 6 + axis] = 0.02
-    _, rows, _ = states(line, state, level(speed_mps), seconds=20.0, step_hz=240, log_hz=log_hz)
-    return body_of(line, rows)[1][:, axis] - before
+    _, rows, _ = states(chain, state, level(speed_mps), seconds=20.0, step_hz=240, log_hz=log_hz)
+    return body_of(chain, rows)[1][:, axis] - before
 
 
-def started(speed_mps: float, ease_s: float, sway_m: float = 0.0, sway_s: float = 11.0) -> tuple[Drive, Drive]:
-    """A hook that starts from rest to the north and sways to the right: its places (n, 3) [m] and what drives a line.
+def started(speed_mps: float, ease_s: float, sway_m: float = 0.0, sway_s: float = 11.0) -> tuple[Forcing, Forcing]:
+    """A hook that starts from rest to the north and sways to the right: its places (n, 3) [m] and what drives a chain.
 
     The speed is taken up within ``ease_s`` with two continuous derivatives; the sway is ``sway_m (1 - cos w t)``.
     """

@@ -9,7 +9,7 @@ import pytest
 from magsim.earth import radii_of_curvature
 from magsim.errors import DataError, RequestError
 from magsim.streams import stream
-from magsim.terrain import Flat, Fractal, Ground, Surface, TangentPlane, read_grid
+from magsim.terrain import Flat, Fractal, Ground, TangentPlane, TerrainSurface, read_grid
 
 LAT, LON = np.radians(46.5), np.radians(8.0)
 PLANE = TangentPlane(LAT, LON)
@@ -25,13 +25,13 @@ def places(count: int = 400, reach_m: float = 4000.0) -> tuple[np.ndarray, np.nd
     return PLANE.geodetic(north, east)
 
 
-def check_slope(surface: Surface, lat: np.ndarray, lon: np.ndarray, step_m: float = 0.05) -> None:
+def check_slope(surface: TerrainSurface, lat: np.ndarray, lon: np.ndarray, step_m: float = 0.05) -> None:
     meridian, normal = radii_of_curvature(lat)
     up, right = step_m / meridian, step_m / (normal * np.cos(lat))
     north = (surface.height(lat + up, lon) - surface.height(lat - up, lon)) / (2.0 * step_m)
     east = (surface.height(lat, lon + right) - surface.height(lat, lon - right)) / (2.0 * step_m)
-    for told, found in zip(surface.slope(lat, lon), (north, east), strict=True):
-        np.testing.assert_allclose(told, found, atol=2e-6)
+    for slope, expected in zip(surface.slope(lat, lon), (north, east), strict=True):
+        np.testing.assert_allclose(slope, expected, atol=2e-6)
 
 
 def text_of(heights: np.ndarray, header: str) -> str:
@@ -166,7 +166,7 @@ GOOD = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 1\n1 2\n3 4\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", ":1: is not an ESRI ASCII grid"),
         ("\x89HDF\r\n\x1a\n", "is not an ESRI ASCII grid"),
@@ -193,10 +193,10 @@ GOOD = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 1\n1 2\n3 4\n"
         (GOOD.replace("3 4", "3 \xff\x00"), ":7: value 2:"),
     ],
 )
-def test_wrong_grids(grid, text, told):
+def test_wrong_grids(grid, text, message):
     with pytest.raises(RequestError) as caught:
         read_grid(grid(text))
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
 

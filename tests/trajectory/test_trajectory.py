@@ -4,7 +4,7 @@ from scipy.spatial.transform import Rotation
 
 from magsim.earth import rot_ne_at
 from magsim.frames import attitude_from_rot_nb, body_rates, rot_nb_from_attitude
-from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory, Turning, hermite_spline
+from magsim.trajectory import AttitudeCurve, Flight, ManeuverFlown, Segment, Trajectory, hermite_spline
 from magsim.truth import FieldTruth
 
 
@@ -31,7 +31,7 @@ def test_spline_between_the_rows():
     np.testing.assert_allclose(there.alt_m, 3000.0 + np.sin(2 * np.pi * 0.3 * times), atol=1e-5)
     attitude, rate_b = attitude_at(times)
     np.testing.assert_allclose(there.attitude, attitude, atol=1e-7)
-    # The place of this path does not follow its velocity: north turns by 3e-5 rad/s less than that says.
+    # The place of this path does not follow its velocity: north turns by 3e-5 rad/s less than it would.
     np.testing.assert_allclose(there.rate_b, rate_b, atol=5e-5)
     np.testing.assert_allclose(path.at(path.time_s).attitude, path.attitude, rtol=0, atol=1e-14)
     np.testing.assert_allclose(there.velocity_n[:, 1], 70.0 + 0.5 * np.sin(2 * np.pi * 0.3 * times), atol=1e-5)
@@ -104,7 +104,7 @@ def test_turning_is_exact_through_every_attitude_and_over_the_pole(first, rate, 
         return attitude_from_rot_nb(rot_nb)
 
     rates = np.broadcast_to(rate, (len(time), 3)) if known_rates else None
-    found, found_rate = Turning(time, *place(time), attitude(time), rates).at(fine, *place(fine))
+    found, found_rate = AttitudeCurve(time, *place(time), attitude(time), rates).at(fine, *place(fine))
     exact = rotate_matrices(rot_ne_at(*place(fine)), turned(fine).as_matrix())
     np.testing.assert_allclose(rot_nb_from_attitude(found), exact, atol=1e-10 if known_rates else 1e-7)
     np.testing.assert_allclose(found_rate, np.broadcast_to(rate, found_rate.shape), atol=1e-8 if known_rates else 1e-5)

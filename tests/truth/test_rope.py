@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from magsim.flight.tow import dynamics as chain
-from magsim.flight.tow.chain import Body, Line, ball
-from magsim.flight.tow.equilibrium import steady
+from magsim.flight.tow import dynamics
+from magsim.flight.tow.chain import Chain, TowedBody, ball
+from magsim.flight.tow.equilibrium import find_equilibrium
 from magsim.planning import WHIP_G
 from magsim.streams import stream
 from magsim.units import G0
@@ -28,7 +28,7 @@ from tests.support.ropes import (
     BIRD,
     ROPE,
     all_nodes,
-    bird_line,
+    bird_chain,
     body_loads,
     compound_period,
     continuous_trail,
@@ -38,15 +38,15 @@ from tests.support.ropes import (
     link_drag,
     masses,
     parts_of,
-    point_line,
+    point_chain,
 )
 from tests.support.tows import at_rest, level, states, tilted
 
 
-def any_state(line: Line, rng: np.random.Generator) -> np.ndarray:
+def any_state(chain: Chain, rng: np.random.Generator) -> np.ndarray:
     """A crooked rope, links that are off their length, everything in motion."""
-    n, link_m = line.links, line.rope.length_m / line.links
-    state, body = rng.normal(size=line.size), 6 * (line.links - 1)
+    n, link_m = chain.links, chain.rope.length_m / chain.links
+    state, body = rng.normal(size=chain.size), 6 * (chain.links - 1)
     nodes = np.cumsum([0.0, 0.0, link_m] + 0.3 * link_m * rng.normal(size=(n, 3)), axis=0)
     state[: body // 2], state[body : body + 3] = nodes[:-1].ravel(), nodes[-1]
     state[body // 2 : body] *= 5.0
@@ -60,21 +60,21 @@ def any_air(rng: np.random.Generator) -> np.ndarray:
     return np.concatenate([[0.0, 0.0, G0] + 2.0 * rng.normal(size=3), 20.0 * rng.normal(size=6), [AIR]])
 
 
-def slope_of(line: Line, state: np.ndarray, air: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    slope, tension = np.empty(line.size), np.empty(line.links)
-    chain.found(line.numbers, state, air, slope, tension)
+def slope_of(chain: Chain, state: np.ndarray, air: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    slope, tension = np.empty(chain.size), np.empty(chain.links)
+    dynamics.state_derivative(chain.constants, state, air, slope, tension)
     return slope, tension
 
 
 @pytest.mark.parametrize("body", [BIRD, ball(20.0, 0.03)], ids=["bird", "ball"])
 @pytest.mark.parametrize("spin", [0.0, 0.1])
-def test_accelerations_and_tensions_are_those_of_newton_euler_with_multipliers(body: Body, spin: float) -> None:
+def test_accelerations_and_tensions_are_those_of_newton_euler_with_multipliers(body: TowedBody, spin: float) -> None:
     rng = stream(5, f"rope/{spin}/{body.mass_kg}")
     for links in (2, 3, 6, 10, 13):
-        line = Line(ROPE, body, links, tuple(spin * rng.normal(size=3)))
-        state, air = any_state(line, rng), any_air(rng)
-        slope, tension = slope_of(line, state, air)
-        acceleration, pulls = dense(line, state, air, chain.GAMMA)
+        chain = Chain(ROPE, body, links, tuple(spin * rng.normal(size=3)))
+        state, air = any_state(chain, rng), any_air(rng)
+        slope, tension = slope_of(chain, state, air)
+        acceleration, pulls = dense(chain, state, air, dynamics.GAMMA)
         first = 6 * (links - 1)
         found = np.concatenate([slope[first // 2 : first], slope[first + 3 : first + 9]])
         np.testing.assert_allclose(found, acceleration, rtol=0.0, atol=1e-9)
@@ -91,33 +91,33 @@ def test_pull_on_the_hook_is_what_accelerates_everything() -> None:
     """All forces from outside less the change of all momentum, for any state."""
     rng = stream(6, "rope/pull")
     for body in (BIRD, ball(20.0, 0.03)):
-        line = Line(ROPE, body, 7)
-        state, air = any_state(line, rng), any_air(rng)
-        parts, (link_kg, body_kg) = parts_of(line, state), masses(line)
-        acceleration, _ = dense(line, state, air, chain.GAMMA)
+        chain = Chain(ROPE, body, 7)
+        state, air = any_state(chain, rng), any_air(rng)
+        parts, (link_kg, body_kg) = parts_of(chain, state), masses(chain)
+        acceleration, _ = dense(chain, state, air, dynamics.GAMMA)
         moved = link_kg * acceleration[:18].reshape(6, 3).sum(axis=0) + body_kg * acceleration[18:21]
         own, _ = body_loads(body, parts.rot.T @ (air[6:9] - parts.velocity), parts.rate, air[9])
-        drag = sum(link_drag(line, air, i, *all_nodes(line, parts)) for i in range(7))
+        drag = sum(link_drag(chain, air, i, *all_nodes(chain, parts)) for i in range(7))
         weight = (ROPE.mass_per_m * ROPE.length_m + body.mass_kg) * air[:3]
-        pull = chain.pull_on_hook(line.numbers, state, air)
+        pull = dynamics.pull_on_hook(chain.constants, state, air)
         np.testing.assert_allclose(pull, drag + parts.rot @ own + weight - moved, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize(("speed_mps", "mass_kg"), [(25.0, 80.0), (70.0, 80.0), (25.0, 20.0), (70.0, 20.0)])
 def test_trail_is_that_of_a_continuous_rope(speed_mps: float, mass_kg: float) -> None:
-    line, exact = point_line(mass_kg), continuous_trail(ROPE, mass_kg, 0.06, speed_mps)
-    found = steady(line, speed_mps, AIR)
+    chain, exact = point_chain(mass_kg), continuous_trail(ROPE, mass_kg, 0.06, speed_mps)
+    found = find_equilibrium(chain, speed_mps, AIR)
     assert found is not None
     assert math.degrees(found.trail) == pytest.approx(math.degrees(exact), abs=0.05)
     # let go off its shape it comes back to it
-    pushed = tilted(line, tilted(line, at_rest(line, speed_mps), 0.03), 0.03, "y")
-    flown = trail_flown(line, pushed, speed_mps, 400.0)
+    pushed = tilted(chain, tilted(chain, at_rest(chain, speed_mps), 0.03), 0.03, "y")
+    flown = trail_flown(chain, pushed, speed_mps, 400.0)
     assert math.degrees(flown) == pytest.approx(math.degrees(exact), abs=0.05)
 
 
 def test_trail_comes_closer_to_the_continuous_rope_with_the_square_of_the_links() -> None:
     exact = continuous_trail(ROPE, 20.0, 0.06, 70.0)
-    found = [steady(point_line(20.0, links=links), 70.0, AIR) for links in (5, 10, 20, 40)]
+    found = [find_equilibrium(point_chain(20.0, links=links), 70.0, AIR) for links in (5, 10, 20, 40)]
     errors = [abs(one.trail - exact) for one in found if one is not None]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(orders, 2.0, atol=0.2)
@@ -125,36 +125,36 @@ def test_trail_comes_closer_to_the_continuous_rope_with_the_square_of_the_links(
 
 def test_small_swing_is_that_of_a_rope_that_bends() -> None:
     """Within 0.3 % of the compound pendulum; and 1 / N^2 from the Bessel functions of a rope that bends."""
-    assert pendulum_s(point_line()) == pytest.approx(compound_period(ROPE, 80.0), rel=3e-3)
-    errors = [pendulum_s(point_line(20.0, links=links)) / flexible_period(ROPE, 20.0) - 1.0 for links in (3, 6, 12)]
+    assert pendulum_s(point_chain()) == pytest.approx(compound_period(ROPE, 80.0), rel=3e-3)
+    errors = [pendulum_s(point_chain(20.0, links=links)) / flexible_period(ROPE, 20.0) - 1.0 for links in (3, 6, 12)]
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.02)
     assert errors[-1] < 1e-4
 
 
 @pytest.mark.parametrize(
-    ("body", "number", "told"),
-    [(body, k, told) for body, table in DECAY.items() for k, told in enumerate(table) if k in {0, 2, 4}],
+    ("body", "number", "expected"),
+    [(body, k, expected) for body, table in DECAY.items() for k, expected in enumerate(table) if k in {0, 2, 4}],
 )
-def test_swing_to_the_side_dies_away(body: tuple[float, float], number: int, told: tuple[float, float]) -> None:
+def test_swing_to_the_side_dies_away(body: tuple[float, float], number: int, expected: tuple[float, float]) -> None:
     """Period and damping of another code, whose rope stretches, to one unit of their last digits."""
     period, damping = decays(*body, DECAY_MPS[number])
-    assert period == pytest.approx(told[0], abs=0.01)
-    assert damping == pytest.approx(told[1], abs=0.001)
+    assert period == pytest.approx(expected[0], abs=0.01)
+    assert damping == pytest.approx(expected[1], abs=0.001)
 
 
-@pytest.mark.parametrize("line", [bird_line(), point_line()], ids=["bird", "ball"])
-def test_links_keep_their_length_and_swings_their_energy(line: Line) -> None:
-    assert link_error_m(line) < 1e-6
-    assert energy_drift(line) < 1e-4
+@pytest.mark.parametrize("chain", [bird_chain(), point_chain()], ids=["bird", "ball"])
+def test_links_keep_their_length_and_swings_their_energy(chain: Chain) -> None:
+    assert link_error_m(chain) < 1e-6
+    assert energy_drift(chain) < 1e-4
 
 
 def test_error_of_a_link_dies_away_as_baumgarte_says() -> None:
-    line = point_line(links=4)
-    state = at_rest(line, 1.0, 0.0)
+    chain = point_chain(links=4)
+    state = at_rest(chain, 1.0, 0.0)
     state[8] += 1e-4
-    time, rows, _ = states(line, state, level(0.0, 0.0), seconds=1.0, step_hz=240, log_hz=30)
-    left = np.array([lengths_m(line, row) - 7.5 for row in rows])
-    dying = 1e-4 * (1.0 + chain.GAMMA * time) * np.exp(-chain.GAMMA * time)
+    time, rows, _ = states(chain, state, level(0.0, 0.0), seconds=1.0, step_hz=240, log_hz=30)
+    left = np.array([lengths_m(chain, row) - 7.5 for row in rows])
+    dying = 1e-4 * (1.0 + dynamics.GAMMA * time) * np.exp(-dynamics.GAMMA * time)
     np.testing.assert_allclose(left, dying[:, None] * [0.0, 0.0, 1.0, -1.0], atol=1e-9)
 
 
@@ -167,7 +167,7 @@ def test_steps_converge_with_the_fourth_order() -> None:
 
 @pytest.mark.parametrize(("links", "step_hz"), [(5, 20), (10, 30), (20, 60)])
 def test_steps_are_stable_up_to_the_tension_that_is_said(links: int, step_hz: int) -> None:
-    assert point_line(links=links).stable_tension_n(step_hz) == pytest.approx(
+    assert point_chain(links=links).stable_tension_n(step_hz) == pytest.approx(
         2.0 * 0.12 * (30.0 / links * step_hz) ** 2, rel=1e-14
     )
     assert is_stable(links, step_hz, 0.8)

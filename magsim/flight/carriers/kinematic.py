@@ -1,4 +1,4 @@
-"""Flying a carrier without a flight model: along its path at its airspeed, with the sway of a pilot's hands.
+"""Flying a carrier without a flight model: along its path at its airspeed, with the sway of a human pilot.
 
 The path is that of its pattern; speed over ground follows from airspeed and steady wind. Sway is noise in a band of
 frequencies across the path and in height. The attitude is that of a coordinated flight along the curve: heading into
@@ -17,7 +17,7 @@ from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at, tran
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import gravity_n
 from magsim.flight.carriers.outcome import check_height, pattern_notes, segments_of
-from magsim.flight.carriers.planning import MARGIN_S, Plan, check_wind, plan, settle_s, warmup_s
+from magsim.flight.carriers.planning import MARGIN_S, FlightPlan, check_wind, plan_flight, settle_s, warmup_s
 from magsim.flight.carriers.sway import sway
 from magsim.flight.model.rates import log_rate_hz
 from magsim.flight.path.elements import Element, length_of
@@ -28,21 +28,21 @@ from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
 from magsim.scenario import Scenario
 from magsim.scenario.air import wind_at
 from magsim.terrain import Ground, TangentPlane
-from magsim.trajectory import Flight, Trajectory, Turning
+from magsim.trajectory import AttitudeCurve, Flight, Trajectory
 
 SPACING_M = 1.0
 """Of the table of courses along a path."""
 
 
 MOTION_HZ = 30.0
-"""Place and attitude are curves through points of a grid of their own: a denser log must not be a rougher flight.
+"""Position and attitude are curves through points of a grid of their own: a denser log must not be a rougher flight.
 
-The attitude follows from second derivatives of the place, and what a hook under the belly feels from second derivatives
-of the attitude: on a grid much denser than this they are the rounding of numbers.
+The attitude follows from second derivatives of the place, and the motion of a hook under the belly from
+second derivatives of the attitude: on a much denser grid they would be dominated by rounding.
 """
 
 
-class Course(NamedTuple):
+class PathCurves(NamedTuple):
     """A path in the plane, without sway.
 
     ``along_m`` is a function of time [s], the others of the distance along the path [m]; ``course`` is in rad.
@@ -56,7 +56,7 @@ class Course(NamedTuple):
 
 
 def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None) -> Flight:
-    """The flight of a kinematic carrier.
+    """Fly a kinematic carrier.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     facts = aircraft.facts
     assert isinstance(facts, KinematicFacts)
     scenario.loading.apply(facts)
-    planned = plan(scenario, facts, ground)
+    planned = plan_flight(scenario, facts, ground)
     check_wind(scenario, planned.path)
     way = _course_of(scenario, planned)
     ends = np.cumsum([0.0, *(element.length_m for element in planned.path)])
@@ -115,8 +115,8 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     return flight
 
 
-def _course_of(scenario: Scenario, planned: Plan) -> Course:
-    """Courses and places along a path, and where it is flown when: time 0 is the path's beginning."""
+def _course_of(scenario: Scenario, planned: FlightPlan) -> PathCurves:
+    """Return course, place and time along a path: time 0 is the path's beginning."""
     speed = scenario.start.speed_mps
     fastest = speed + math.hypot(*scenario.air.wind_mps)
     before, after = (warmup_s(scenario) + 2.0 * MARGIN_S) * fastest, 3.0 * MARGIN_S * fastest
@@ -132,7 +132,7 @@ def _course_of(scenario: Scenario, planned: Plan) -> Course:
     time = clock(along) - clock(0.0)
     north, east = (CubicSpline(along, part).antiderivative() for part in (np.cos(course), np.sin(course)))
     first = planned.path[0].at(0.0)
-    return Course(
+    return PathCurves(
         CubicSpline(time, along),
         _moved(north, first.north_m - float(north(0.0))),
         _moved(east, first.east_m - float(east(0.0))),
@@ -142,22 +142,22 @@ def _course_of(scenario: Scenario, planned: Plan) -> Course:
 
 
 def _smooth_heights(plan: HeightPlan, along_m: np.ndarray) -> np.ndarray:
-    """Planned heights [m] without the corners that straight lines between the plan's points have; level beyond it.
+    """Return planned heights [m] without the corners of straight lines between the plan's points; level beyond it.
 
-    A carrier that follows them to the letter would be thrown about by each corner, and its bird with it.
+    A carrier that followed each corner exactly would be jerked by it, and its bird too.
     """
     points = plan.first_m + STEP_M * np.arange(len(plan.height_m))
     return CubicSpline(points, plan.height_m)(np.clip(along_m, points[0], points[-1]))
 
 
 def _moved(curve: CubicSpline, by: float) -> CubicSpline:
-    """A curve plus a constant."""
+    """Add a constant to a curve, in place."""
     curve.c[-1] += by
     return curve
 
 
 def _courses(path: Sequence[Element], before_m: float, after_m: float) -> np.ndarray:
-    """Distance along a path and course there, continuous, (n, 2): from before its beginning to after its end."""
+    """Return distance along a path and continuous course, (n, 2), from before its beginning to after its end."""
     starts = np.cumsum([0.0, *(element.length_m for element in path)])
     count = math.ceil((before_m + length_of(path) + after_m) / SPACING_M)
     along = -before_m + SPACING_M * np.arange(count + 1)
@@ -166,8 +166,8 @@ def _courses(path: Sequence[Element], before_m: float, after_m: float) -> np.nda
     return np.column_stack([along, np.unwrap(courses)])
 
 
-def _time_at(way: Course, along_m: float) -> float:
-    """When a distance along the path is reached [s]."""
+def _time_at(way: PathCurves, along_m: float) -> float:
+    """Return the time [s] at which a distance along the path is reached."""
     times, alongs = way.along_m.x, way.along_m(way.along_m.x)
     guess = float(np.interp(along_m, alongs, times))
     for _ in range(3):
@@ -176,27 +176,27 @@ def _time_at(way: Course, along_m: float) -> float:
 
 
 def _sway_spreads(scenario: Scenario, facts: KinematicFacts) -> tuple[float, float]:
-    """Standard deviations of the sway across and in height [m]."""
-    asked = scenario.flight.sway
+    """Return the standard deviations of the sway across and in height [m]."""
+    settings = scenario.flight.sway
     lateral, vertical = facts.sway.lateral.value, facts.sway.vertical.value
-    if asked is None:
+    if settings is None:
         return lateral, vertical
     return (
-        lateral if asked.lateral_m is None else asked.lateral_m,
-        vertical if asked.vertical_m is None else asked.vertical_m,
+        lateral if settings.lateral_m is None else settings.lateral_m,
+        vertical if settings.vertical_m is None else settings.vertical_m,
     )
 
 
 def _motion(
     scenario: Scenario,
     facts: KinematicFacts,
-    planned: Plan,
-    way: Course,
+    planned: FlightPlan,
+    way: PathCurves,
     *,
     time_s: np.ndarray,
     spreads_m: tuple[float, float],
 ) -> tuple[Trajectory, np.ndarray]:
-    """Trajectory of the center of gravity and the wind at its rows."""
+    """Return the trajectory of the center of gravity and the wind at its rows."""
     first, last = math.floor(time_s[0] - 1.0), math.ceil(time_s[-1] + 1.0)
     points_s = np.arange(round(first * MOTION_HZ), round(last * MOTION_HZ) + 1) / MOTION_HZ
     sway_m = sway(points_s, spreads_m, facts.sway.band.value, scenario.seed)
@@ -215,25 +215,31 @@ def _motion(
     carrier = Trajectory(time_s, lat, lon, alt, velocity_n, attitude, rate_b, np.array(facts.cg_b))
     turned = _north_of_plane(planned, lat, lon)
     wind_n = np.einsum("nik,nk->ni", turned, _winds(scenario, planned, way.height_m(way.along_m(time_s))))
-    wind_n[:, 2] = 0.0  # level where it blows, not where the plane touches
+    wind_n[:, 2] = 0.0  # horizontal at its place, not at the plane's origin
     return carrier, wind_n
 
 
-def _north_of_plane(planned: Plan, lat: np.ndarray, lon: np.ndarray) -> np.ndarray:
-    """From north and east of the plane to local axes, (n, 3, 2): they are the same at its origin, not near a pole."""
+def _north_of_plane(planned: FlightPlan, lat: np.ndarray, lon: np.ndarray) -> np.ndarray:
+    """Return matrices from the plane's north and east to local axes, (n, 3, 2): the identity at its origin."""
     plane = rot_ne_at(planned.plane.lat_rad, planned.plane.lon_rad)
     return np.einsum("nij,kj->nik", rot_ne_at(lat, lon), plane[:2])
 
 
-def _winds(scenario: Scenario, planned: Plan, height_m: np.ndarray) -> np.ndarray:
-    """Wind in the plane at heights, (n, 2) [m/s]."""
+def _winds(scenario: Scenario, planned: FlightPlan, height_m: np.ndarray) -> np.ndarray:
+    """Return the wind in the plane at heights, (n, 2) [m/s]."""
     return np.array([wind_at(scenario.air, scenario.start, height, planned.ground_m) for height in height_m.tolist()])
 
 
 def _turning(
-    scenario: Scenario, facts: KinematicFacts, planned: Plan, way: Course, *, points_s: np.ndarray, curve: CubicSpline
-) -> Turning:
-    """Attitude along a curve of places through points in time."""
+    scenario: Scenario,
+    facts: KinematicFacts,
+    planned: FlightPlan,
+    way: PathCurves,
+    *,
+    points_s: np.ndarray,
+    curve: CubicSpline,
+) -> AttitudeCurve:
+    """Return the attitude along a curve of places through points in time."""
     lat, lon, alt = geodetic_from_ecef(curve(points_s))
     lon = np.unwrap(lon)
     along = way.along_m(points_s)
@@ -248,7 +254,7 @@ def _turning(
     forward_n /= np.sqrt(np.einsum("ni,ni->n", forward_n, forward_n))[:, None]
     acceleration_n = rotate(rot_ne_at(lat, lon), curve(points_s, 2))
     attitude = _attitude(facts, speed, alt, acceleration_n, gravity_n(lat, alt)[:, 2], forward_n=forward_n)
-    return Turning(points_s, lat, lon, attitude)
+    return AttitudeCurve(points_s, lat, lon, attitude)
 
 
 def _attitude(
@@ -260,7 +266,7 @@ def _attitude(
     *,
     forward_n: np.ndarray,
 ) -> np.ndarray:
-    """Attitude of a rotor that holds weight, drag and acceleration, (n, 3) [rad]."""
+    """Return the attitude of a rotor that balances weight, drag and acceleration, (n, 3) [rad]."""
     drag = 0.5 * standard_density(alt_m) * speed_mps**2 * facts.drag_area.value / facts.mass.value
     ahead = np.einsum("ni,ni->n", acceleration_n, forward_n) + drag
     aside = acceleration_n[:, 1] * forward_n[:, 0] - acceleration_n[:, 0] * forward_n[:, 1]

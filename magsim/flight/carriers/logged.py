@@ -15,10 +15,10 @@ from magsim.earth.wgs84 import radii_of_curvature, transport_rate
 from magsim.errors import RequestError
 from magsim.flight.model.rates import log_rate_hz
 from magsim.frames import rot_nb_from_attitude, rotate_back
-from magsim.scenario import Scenario, TrackLog
+from magsim.scenario import Scenario, TrackLog, TrackPattern
 from magsim.scenario.track import SURFACES
 from magsim.terrain import Ground, TangentPlane
-from magsim.trajectory import Flight, Segment, Trajectory, Turning
+from magsim.trajectory import AttitudeCurve, Flight, Segment, Trajectory
 
 LEAST_S = 10.0
 """Shortest recording of a track."""
@@ -27,7 +27,7 @@ LEAST_S = 10.0
 def fly_track(
     scenario: Scenario, aircraft: Aircraft, track: TrackLog, ground: Ground | None, margins_s: tuple[float, float]
 ) -> Flight:
-    """The flight of a logged track.
+    """Fly a logged track.
 
     Parameters
     ----------
@@ -48,11 +48,12 @@ def fly_track(
     """
     before_s, after_s = margins_s
     pattern = scenario.pattern
+    assert isinstance(pattern, TrackPattern)
     lat, lon = _position(scenario, track)
     alt = track["alt"] + (ground.geoid_m if pattern.heights == "sea" and ground is not None else 0.0)
     time = (track["time"] - track["time"][0]) - before_s
     place = CubicSpline(time, np.column_stack([lat, np.unwrap(lon), alt]))
-    turning = Turning(time, lat, lon, np.stack([track[name] for name in ("roll", "pitch", "heading")], axis=-1))
+    turning = AttitudeCurve(time, lat, lon, np.stack([track[name] for name in ("roll", "pitch", "heading")], axis=-1))
     settings, rate_hz = scenario.flight, scenario.recording.rate_hz
     log_hz = settings.log_hz or log_rate_hz(aircraft.facts, settings.step_hz)
     last = math.floor(time[-1] * log_hz + 1e-9)
@@ -88,7 +89,7 @@ def fly_track(
 
 
 def _position(scenario: Scenario, track: TrackLog) -> tuple[np.ndarray, np.ndarray]:
-    """Latitude and longitude [rad]; local meters lie in the plane that touches the start point's height there."""
+    """Return latitude and longitude [rad]; local meters are in the plane that touches the start point's height."""
     if "lat" in track:
         return track["lat"], track["lon"]
     start = scenario.start
@@ -97,9 +98,9 @@ def _position(scenario: Scenario, track: TrackLog) -> tuple[np.ndarray, np.ndarr
 
 
 def _trajectory(
-    place: np.ndarray, change: np.ndarray, turning: Turning, time_s: np.ndarray, cg_b: tuple[float, ...]
+    place: np.ndarray, change: np.ndarray, turning: AttitudeCurve, time_s: np.ndarray, cg_b: tuple[float, ...]
 ) -> Trajectory:
-    """Motion from latitude, longitude and height, their time derivatives, (n, 3) each, and the curve of rotation."""
+    """Build the motion from latitude, longitude, height, their derivatives, (n, 3) each, and the attitude curve."""
     lat, lon, alt = place.T
     meridian, normal = radii_of_curvature(lat)
     velocity_n = np.stack(
@@ -119,7 +120,7 @@ def _trajectory(
 
 
 def _segments(track: TrackLog, time: np.ndarray, duration: float, carrier: Trajectory) -> Iterator[Segment]:
-    """Runs of equal labels; one leg without labels. A label holds from its row to the next."""
+    """Yield runs of equal labels, or one leg without labels. A label holds from its row to the next."""
     ones = np.ones(len(time))
     given = {"circuit": ones, "leg": ones, "turn": 0.0 * ones} | {
         name: track[name] for name in ("circuit", "leg", "turn") if name in track

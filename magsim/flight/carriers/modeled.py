@@ -11,27 +11,36 @@ from magsim.aircraft import Aircraft, Bird, Facts
 from magsim.errors import DataError
 from magsim.flight.carriers.outcome import (
     amplitude_notes,
-    check_sweeps,
+    check_trains,
     drape_notes,
     pattern_notes,
     segments_of,
 )
-from magsim.flight.carriers.planning import MARGIN_S, check_wind, flying_time, longest_s, plan, settle_s, warmup_s
+from magsim.flight.carriers.planning import (
+    MARGIN_S,
+    check_wind,
+    flying_time,
+    legs_of,
+    longest_s,
+    plan_flight,
+    settle_s,
+    warmup_s,
+)
 from magsim.flight.model.plant import FlightTroubleError
 from magsim.flight.model.rates import integrators_for, log_rate_hz
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.path.elements import Element
 from magsim.flight.path.wind import ground_speed
-from magsim.flight.pilot.calibration import check_reach, close_joints, loop_response, own_calibration
+from magsim.flight.pilot.calibration import calibrate_maneuvers, check_reach, loop_response, maneuvers_to_calibrate
 from magsim.flight.pilot.flaps import check_legs, runs_of
 from magsim.flight.pilot.guidance import TICK_HZ
 from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.measure import measure
-from magsim.flight.pilot.monitor import Watch
-from magsim.flight.pilot.pilot import Pilot, first_row_s, on_clock, planned_sweeps
+from magsim.flight.pilot.monitor import FlightMonitor
+from magsim.flight.pilot.pilot import Pilot, first_row_s, on_clock, planned_trains
 from magsim.flight.pilot.response import UNITY, LoopResponse
-from magsim.flight.tow.motion import Swing
-from magsim.scenario import PatternBase, Scenario, parts_of
+from magsim.flight.tow.motion import BirdMotion
+from magsim.scenario import LegPattern, Scenario, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -42,31 +51,33 @@ def fly_modeled(
     bird: Bird | None,
     ground: Ground | None,
     progress: Callable[[float], None] | None,
-) -> tuple[Flight, Swing | None]:
-    """The flight of a flight model, and how a bird swung that pulled on it."""
-    aircraft = replace(aircraft, facts=scenario.loading.apply(aircraft.facts))
-    plane, path, setup, heights, _ = plan(scenario, aircraft.facts, ground)
+) -> tuple[Flight, BirdMotion | None]:
+    """Fly a flight model; return also the motion of a bird that pulled on it."""
+    facts = scenario.loading.apply(aircraft.facts)
+    assert isinstance(facts, Facts)
+    aircraft = replace(aircraft, facts=facts)
+    plane, path, setup, heights, _ = plan_flight(scenario, facts, ground)
     check_wind(scenario, path)
     check_legs(scenario.flight.flaps, path, flying_time(scenario, path))
-    parts = parts_of(scenario.pattern)
-    # Swings are calibrated at the height of each part.
+    parts = parts_of(legs_of(scenario))
+    # Maneuvers are calibrated at the height of each part.
     setups = [replace(setup, alt_m=part.height_m(scenario.start.alt_m) or setup.alt_m) for part in parts]
     responses = [
-        _calibrated(aircraft.facts, at, [element for element in path if element.label.part == number], parts)
+        _calibrated(facts, at, [element for element in path if element.label.part == number], parts)
         for number, at in enumerate(setups)
     ]
     before_s = warmup_s(scenario)
-    log_hz = scenario.flight.log_hz or log_rate_hz(aircraft.facts, setup.step_hz)
+    log_hz = scenario.flight.log_hz or log_rate_hz(facts, setup.step_hz)
     first_speed = ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
     coupled = None
-    if bird is not None:
-        from magsim.flight.tow.setup import coupled_line, hook_of
+    if bird is not None and scenario.tow is not None:
+        from magsim.flight.tow.setup import coupled_chain, hook_of
 
-        coupled = coupled_line(scenario, aircraft, bird, step_hz=setup.step_hz, log_hz=log_hz, alt_m=setup.alt_m)
-    if coupled is not None:
-        setup = replace(setup, hook_b=hook_of(scenario.tow, aircraft))
+        coupled = coupled_chain(scenario, aircraft, bird, step_hz=setup.step_hz, log_hz=log_hz, alt_m=setup.alt_m)
+        if coupled is not None:
+            setup = replace(setup, hook_b=hook_of(scenario.tow, aircraft))
     pilot = Pilot(
-        aircraft.facts,
+        facts,
         setup,
         plane=plane,
         path=path,
@@ -75,7 +86,7 @@ def fly_modeled(
         response=responses,
         parts=parts,
         ground=ground,
-        watch=Watch(aircraft.facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
+        monitor=FlightMonitor(facts, scenario.flight, setup.speed_mps, 1.0 / TICK_HZ),
         heights=heights,
         flaps=scenario.flight.flaps,
         coupled=coupled,
@@ -85,10 +96,10 @@ def fly_modeled(
     try:
         log = pilot.fly(_finished(expected_s), tick)
     except FlightTroubleError as error:
-        raise DataError(error.told(error.time_s - before_s)) from None
+        raise DataError(error.message(error.time_s - before_s)) from None
     if progress is not None:
         progress(1.0)
-    flight = _flight(scenario, aircraft, pilot, log, response=_told(responses), ground=ground)
+    flight = _flight(scenario, facts, pilot, log, response=_response_notes(responses), ground=ground)
     if coupled is None:
         return flight, None
     zero = first_row_s(pilot.guidance.crossings[0].time_s, log_hz)
@@ -96,23 +107,23 @@ def fly_modeled(
     return flight, coupled.flown(begun, ended, zero, log_hz)
 
 
-def _calibrated(facts: Facts, setup: Setup, path: Sequence[Element], parts: Sequence[PatternBase]) -> LoopResponse:
-    """What the loops make of the swings of a part of the path, at its height."""
-    sweeps = planned_sweeps(path, parts, setup)
-    if not sweeps:
+def _calibrated(facts: Facts, setup: PlantSetup, path: Sequence[Element], parts: Sequence[LegPattern]) -> LoopResponse:
+    """Calibrate the loops for the maneuvers of a part of the path, at its height."""
+    trains = planned_trains(path, parts, setup)
+    if not trains:
         return UNITY
-    response = loop_response(facts, tuple(dict.fromkeys(sweep.axis for sweep in sweeps)), setup)
-    check_reach(sweeps, response, facts, setup)
-    return close_joints(facts, setup, response, own_calibration(sweeps, response))
+    response = loop_response(facts, tuple(dict.fromkeys(train.axis for train in trains)), setup)
+    check_reach(trains, response, facts, setup)
+    return calibrate_maneuvers(facts, setup, response, maneuvers_to_calibrate(trains, response))
 
 
-def _told(responses: Sequence[LoopResponse]) -> dict[str, np.ndarray]:
-    """The first response that was measured, for the notes."""
+def _response_notes(responses: Sequence[LoopResponse]) -> dict[str, np.ndarray]:
+    """Return the first measured response, for the notes."""
     return next((response.arrays() for response in responses if response is not UNITY), {})
 
 
 def _finished(expected_s: float) -> Callable[[Pilot], bool]:
-    """Say when a run is over: a margin after the end of its path."""
+    """Return the check for the end of a run: a margin after the end of its path."""
     longest = longest_s(expected_s)
 
     def finished(pilot: Pilot) -> bool:
@@ -147,25 +158,26 @@ def _progress(progress: Callable[[float], None], expected_s: float) -> Callable[
 
 def _flight(
     scenario: Scenario,
-    aircraft: Aircraft,
+    facts: Facts,
     pilot: Pilot,
     log: Log,
     *,
     response: dict[str, np.ndarray],
     ground: Ground | None,
 ) -> Flight:
-    """Cut the log and tell what was flown."""
+    """Cut the log and describe the flight."""
     crossings, end = pilot.guidance.crossings, pilot.guidance.finished_s
+    assert end is not None  # the flight has ended
     log_hz, rate_hz = pilot.log_hz, scenario.recording.rate_hz
     zero = first_row_s(crossings[0].time_s, log_hz)
     log = log.cut(zero - MARGIN_S - settle_s(scenario), end + MARGIN_S, zero)
-    carrier = log.trajectory(aircraft.facts.cg_b)
+    carrier = log.trajectory(facts.cg_b)
     duration = math.floor((end - zero) * rate_hz + 1e-9) / rate_hz
     pilot.flaps.check()
     segments = segments_of(crossings, pilot.path, zero, end, carrier)
-    sweeps = [on_clock(sweep, zero) for sweep in pilot.sweeps]
-    check_sweeps(sweeps, segments)
-    maneuvers, parts = tuple(measure(sweep, carrier)[0] for sweep in sweeps), parts_of(scenario.pattern)
+    trains = [on_clock(train, zero) for train in pilot.trains]
+    check_trains(trains, segments)
+    maneuvers, parts = tuple(measure(train, carrier)[0] for train in trains), parts_of(legs_of(scenario))
     return Flight(
         carrier=carrier,
         duration_s=duration,
@@ -173,19 +185,19 @@ def _flight(
         controls=log.controls(),
         switches=log.switches(),
         wind_n=log.wind(),
-        rotors=log.rotors(aircraft.facts.engine),
+        rotors=log.rotors(facts.engine),
         segments=segments,
         maneuvers=maneuvers,
         notes={
             "jsbsim": str(jsbsim.__version__),
-            "integrators": integrators_for(aircraft.facts, scenario.flight.step_hz),
+            "integrators": integrators_for(facts, scenario.flight.step_hz),
             "step_hz": scenario.flight.step_hz,
             "log_hz": log_hz,
             "warmup_s": warmup_s(scenario),
-            "mass_kg": aircraft.facts.mass_kg,
+            "mass_kg": facts.mass_kg,
             "fuel_left_kg": pilot.plant.fuel_kg,
             "loop_response": {name: values.tolist() for name, values in response.items()},
-            **pattern_notes(scenario, pilot.path, carrier, segments, sweeps),
+            **pattern_notes(scenario, pilot.path, carrier, segments, trains),
             **amplitude_notes(maneuvers),
             "flap_runs": runs_of(log.time_s, log["flap"]),
             **drape_notes(pilot.planned, zero, segments, carrier, ground=ground, parts=parts),

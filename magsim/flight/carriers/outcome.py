@@ -1,4 +1,4 @@
-"""What was flown: segments with their times, and how well the pattern was met."""
+"""The flown segments with their times, and the deviations from the pattern."""
 
 import math
 from collections.abc import Sequence
@@ -6,11 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from magsim.errors import DataError
+from magsim.flight.carriers.planning import legs_of
 from magsim.flight.path.elements import Element
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.guidance import Crossing
-from magsim.flight.pilot.trains import Sweep
-from magsim.scenario import PatternBase, Scenario, Square, parts_of
+from magsim.flight.pilot.trains import SineTrain
+from magsim.scenario import LegPattern, Scenario, Square, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
 
@@ -25,9 +26,9 @@ def drape_notes(
     carrier: Trajectory,
     *,
     ground: Ground | None,
-    parts: Sequence[PatternBase],
+    parts: Sequence[LegPattern],
 ) -> dict[str, object]:
-    """How well the planned heights were flown on the legs, and what was left above the ground on draped lines.
+    """Measure the errors from planned heights on the legs, and heights above the ground on draped lines.
 
     Parameters
     ----------
@@ -38,8 +39,7 @@ def drape_notes(
     segments : sequence of Segment
     carrier : Trajectory
     ground : Ground, optional
-
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
 
     Raises
     ------
@@ -72,9 +72,9 @@ def drape_notes(
 
 
 def _leg_rows(
-    segments: Sequence[Segment], parts: Sequence[PatternBase], carrier: Trajectory
+    segments: Sequence[Segment], parts: Sequence[LegPattern], carrier: Trajectory
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the log on legs, and those on draped lines."""
+    """Return the rows of the log on legs, and those on draped lines."""
     draped = [part.height_m(0.0) is None for part in parts for _ in range(part.circuits)]
     legs, lines = np.zeros(len(carrier), dtype=bool), np.zeros(len(carrier), dtype=bool)
     for segment in segments:
@@ -89,7 +89,7 @@ def _leg_rows(
 def segments_of(
     crossings: Sequence[Crossing], path: Sequence[Element], zero_s: float, end_s: float, carrier: Trajectory
 ) -> tuple[Segment, ...]:
-    """Legs, turns and transits with the times at which they were entered; what joins two legs is one segment."""
+    """Return legs, turns and transits with the times at which they were entered; a turn is one segment."""
     times = [0.0, *(crossing.time_s - zero_s for crossing in crossings[1:]), end_s - zero_s]
     speed = np.hypot(carrier.velocity_n[:, 0], carrier.velocity_n[:, 1])
     flown = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(carrier.time_s))])
@@ -107,14 +107,14 @@ def segments_of(
     return tuple(out)
 
 
-def check_sweeps(sweeps: Sequence[Sweep], segments: Sequence[Segment]) -> None:
-    """A train that was still flying when its leg ended is no maneuver of that leg."""
+def check_trains(trains: Sequence[SineTrain], segments: Sequence[Segment]) -> None:
+    """Refuse a flight in which a leg ended before its trains."""
     ends = {(s.circuit, s.leg): s.stop_s for s in segments if not s.turn}
-    for sweep in sweeps:
-        late = sweep.stop_s - ends[sweep.circuit, sweep.leg]
+    for train in trains:
+        late = train.stop_s - ends[train.circuit, train.leg]
         if late > 0.0:
             msg = (
-                f"the {sweep.axis} maneuver of leg {sweep.leg}, circuit {sweep.circuit} was still flown {late:.1f} s "
+                f"the {train.axis} maneuver of leg {train.leg}, circuit {train.circuit} was still flown {late:.1f} s "
                 "after its leg had ended; allowed: shorter trains or longer legs"
             )
             raise DataError(msg)
@@ -125,14 +125,14 @@ def pattern_notes(
     path: Sequence[Element],
     carrier: Trajectory,
     segments: Sequence[Segment],
-    sweeps: Sequence[Sweep],
+    trains: Sequence[SineTrain],
 ) -> dict[str, object]:
-    """How well the pattern was met: lengths of legs, closure of circuits, passes of the center, quiet there."""
+    """Measure the deviations from the pattern: lengths of legs, closure of circuits, passes of the center."""
     start = scenario.start
     plane = LocalPlane(math.radians(start.lat_deg), math.radians(start.lon_deg), start.alt_m)
     notes: dict[str, object] = {"worst_leg_length_error_m": _worst_length(path, segments)}
     circuits, closures, passes = 0, [], []
-    for part in parts_of(scenario.pattern):
+    for part in parts_of(legs_of(scenario)):
         numbers = range(circuits + 1, circuits + part.circuits + 1)
         own = [segment for segment in segments if segment.circuit in numbers and not segment.transit]
         if isinstance(part, Square):
@@ -141,7 +141,7 @@ def pattern_notes(
             for segment in own:
                 if not segment.turn:
                     passes.append(_pass(carrier, plane, segment, part, part.alt_m or start.alt_m))
-                    check_quiet(passes[-1], sweeps, part.quiet_around_center_s)
+                    check_quiet(passes[-1], trains, part.quiet_around_center_s)
         circuits += part.circuits
     if closures:
         notes["closure_m"] = closures
@@ -152,7 +152,7 @@ def pattern_notes(
 
 
 def amplitude_notes(maneuvers: Sequence[ManeuverFlown]) -> dict[str, float]:
-    """Worst amplitude of each axis that was swung."""
+    """Return the worst amplitude error of each axis that was oscillated."""
     return {
         f"worst_{axis}_amplitude_error_deg": max(abs(m.flown_deg - m.asked_deg) for m in maneuvers if m.axis == axis)
         for axis in dict.fromkeys(maneuver.axis for maneuver in maneuvers)
@@ -165,21 +165,21 @@ def _place(carrier: Trajectory, plane: LocalPlane, time_s: float) -> np.ndarray:
 
 
 def _worst_length(path: Sequence[Element], segments: Sequence[Segment]) -> float:
-    """Largest difference of a leg's length over ground from its plan [m]."""
+    """Return the largest difference of a leg's length over ground from its plan [m]."""
     planned = {(element.circuit, element.leg): element.length_m for element in path if not element.turn}
     return max(abs(s.length_m - planned[s.circuit, s.leg]) for s in segments if not s.turn)
 
 
 def _closure(carrier: Trajectory, plane: LocalPlane, segments: Sequence[Segment], circuit: int) -> float:
-    """Distance between beginning and end of a circuit [m]."""
+    """Return the distance between beginning and end of a circuit [m]."""
     own = [segment for segment in segments if segment.circuit == circuit]
     return float(np.hypot(*(_place(carrier, plane, own[-1].stop_s) - _place(carrier, plane, own[0].start_s))))
 
 
 def _pass(
-    carrier: Trajectory, plane: LocalPlane, segment: Segment, part: PatternBase, alt_m: float
+    carrier: Trajectory, plane: LocalPlane, segment: Segment, part: LegPattern, alt_m: float
 ) -> dict[str, float | int]:
-    """When and how closely a leg passed the center of its pattern."""
+    """Return when and how closely a leg passed the center of its pattern."""
     rows = np.flatnonzero((carrier.time_s >= segment.start_s) & (carrier.time_s <= segment.stop_s))
     places = np.array([plane.place(float(carrier.lat_rad[i]), float(carrier.lon_rad[i])) for i in rows])
     course = math.radians(segment.heading_deg)
@@ -197,24 +197,24 @@ def _pass(
     }
 
 
-def check_quiet(entry: dict[str, float | int], sweeps: Sequence[Sweep], quiet_s: float) -> None:
-    """No maneuver may have been flown around the center."""
-    for sweep in sweeps:
-        if (sweep.circuit, sweep.leg) != (entry["circuit"], entry["leg"]):
+def check_quiet(entry: dict[str, float | int], trains: Sequence[SineTrain], quiet_s: float) -> None:
+    """Refuse a flight with a maneuver around the center."""
+    for train in trains:
+        if (train.circuit, train.leg) != (entry["circuit"], entry["leg"]):
             continue
-        before = entry["time_s"] - (sweep.stop_s + sweep.ease_out_s)
-        after = sweep.start_s - sweep.ease_in_s - entry["time_s"]
+        before = entry["time_s"] - (train.stop_s + train.ease_out_s)
+        after = train.start_s - train.ease_in_s - entry["time_s"]
         if max(before, after) < quiet_s:
             msg = (
-                f"the {sweep.axis} maneuver of leg {sweep.leg}, circuit {sweep.circuit} was flown "
+                f"the {train.axis} maneuver of leg {train.leg}, circuit {train.circuit} was flown "
                 f"{max(0.0, before, after):.1f} s from the center, less than pattern.quiet_s = {quiet_s:g}: the speed "
-                "over ground was not the foreseen one; allowed: less turbulence, shorter trains or longer legs"
+                "over ground differed from the expected one; allowed: less turbulence, shorter trains or longer legs"
             )
             raise DataError(msg)
 
 
 def check_height(flight: Flight, ground: Ground | None) -> None:
-    """Refuse a flight whose bird, or whose carrier, comes down to the ground: the ellipsoid where there is none.
+    """Refuse a flight whose carrier or bird touches the ground; without terrain, the ellipsoid.
 
     Raises
     ------

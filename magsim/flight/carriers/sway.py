@@ -1,4 +1,4 @@
-"""Sway of a pilot's hands: departures from the path."""
+"""Sway: departures of a human pilot from the path."""
 
 import math
 
@@ -13,7 +13,7 @@ SWAY_HZ = 10.0
 
 
 def sway(time_s: np.ndarray, spreads_m: tuple[float, float], band_hz: tuple[float, float], seed: int) -> np.ndarray:
-    """Departures from the path to the right and down, (n, 2) [m]: white noise in a band, forward and backward.
+    """Draw departures from the path, right and down, (n, 2) [m]: white noise, band-passed forward and backward.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def sway(time_s: np.ndarray, spreads_m: tuple[float, float], band_hz: tuple[floa
     power = float(np.mean(np.abs(gain) ** 4))
     out = np.empty((len(time_s), 2))
     for k, name in enumerate(("lateral", "vertical")):
-        # what was before time 0 has numbers of its own: a longer run-in is not another flight
+        # times before 0 have their own random numbers, so that a longer run-in gives the same flight
         before, after = (stream(seed, f"carrier/sway/{name}/{side}") for side in ("before", "after"))
         noise = np.concatenate([before.standard_normal(max(0, -first))[::-1], after.standard_normal(max(0, last + 1))])
         moved = signal.sosfiltfilt(sos, noise, padtype=None) * (spreads_m[k] / math.sqrt(power))

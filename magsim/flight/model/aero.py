@@ -62,12 +62,12 @@ class Inertia:
 
 
 def lift_slope(aspect_ratio: float) -> float:
-    """Lift slope [1/rad] of a straight wing (Polhamus; USAF DATCOM 4.1.3.2) with section efficiency 0.97."""
+    """Return the lift slope [1/rad] of a straight wing (Polhamus; USAF DATCOM 4.1.3.2) with section efficiency 0.97."""
     return 2.0 * math.pi * aspect_ratio / (2.0 + math.sqrt((aspect_ratio / 0.97) ** 2 + 4.0))
 
 
 def inertia(facts: Facts) -> Inertia:
-    """Moments of inertia by radii of gyration (Roskam, Airplane Design V, ch. 3)."""
+    """Return the moments of inertia by radii of gyration (Roskam, Airplane Design V, ch. 3)."""
     mass, geometry = facts.mass, facts.geometry
     kg, span, length = facts.mass_kg, geometry.span.value, geometry.length.value
     zz = kg * (mass.gyration_yaw.value * (span + length) / 4.0) ** 2
@@ -80,7 +80,7 @@ def inertia(facts: Facts) -> Inertia:
 
 
 def derivatives(facts: Facts) -> Derivatives:
-    """Stability derivatives of an aircraft of the usual layout."""
+    """Return the stability derivatives of an aircraft of the usual layout."""
     geometry, aero, mass = facts.geometry, facts.aero, facts.mass
     area, span, chord = geometry.wing_area.value, geometry.span.value, geometry.mean_chord.value
     aspect = span**2 / area
@@ -103,7 +103,7 @@ def derivatives(facts: Facts) -> Derivatives:
     cl_elevator = pressure * tail_area / area * tail_slope * effectiveness
     cd_lift = 1.0 / (math.pi * aspect * aero.oswald_efficiency.value)
 
-    # Lateral: the fin as a lifting surface, and what body and wing add.
+    # Lateral: the fin as a lifting surface, and the parts of body and wing.
     fin_area, fin_arm, fin_up = geometry.fin_area.value, geometry.fin_arm.value, geometry.fin_center_above_cg.value
     fin_slope = lift_slope(aero.fin_aspect_factor.value * geometry.fin_height.value**2 / fin_area)
     fin = -aero.fin_efficiency.value * fin_slope * fin_area / area
@@ -142,7 +142,7 @@ def derivatives(facts: Facts) -> Derivatives:
 
 
 def _drag_at_zero_lift(facts: Facts, cd_lift: float) -> float:
-    """Drag coefficient that lets the published top speed balance the thrust."""
+    """Return the drag coefficient that lets the published top speed balance the thrust."""
     aero = facts.aero
     speed = aero.cruise_speed.value
     pressure = 0.5 * aero.cruise_density.value * speed**2
@@ -152,7 +152,7 @@ def _drag_at_zero_lift(facts: Facts, cd_lift: float) -> float:
 
 
 def lift_curve(facts: Facts) -> tuple[tuple[float, float], ...]:
-    """Points (angle of attack [rad], lift coefficient) from -90 to 90 degrees.
+    """Return points (angle of attack [rad], lift coefficient) from -90 to 90 degrees.
 
     The straight line of the derivatives inside the linear range, the points of the aircraft file outside it.
     """
@@ -164,19 +164,19 @@ def lift_curve(facts: Facts) -> tuple[tuple[float, float], ...]:
 
 
 def stall_angle(facts: Facts) -> float:
-    """Angle of attack of the largest lift [rad]."""
+    """Return the angle of attack of the largest lift [rad]."""
     return max(lift_curve(facts), key=lambda point: point[1])[0]
 
 
 def bank_below_stall(facts: Facts, speed_mps: float, density: float, part: float) -> float:
-    """Bank [rad] of a level turn that takes a part of the largest lift without flaps: ``cos(bank) = W / (part L)``."""
+    """Return the bank [rad] of a level turn at a part of the largest lift: ``cos(bank) = W / (part L)``; no flaps."""
     lift = part * max(value for _, value in lift_curve(facts))
     most = 0.5 * density * speed_mps**2 * facts.geometry.wing_area.value * lift
     return math.acos(min(1.0, facts.mass_kg * G0 / most))
 
 
 def flap_curve(facts: Facts) -> tuple[tuple[float, float, float], ...]:
-    """Points (deflection [rad], lift coefficient, drag coefficient) of the flaps; none where there are no flaps.
+    """Return points (deflection [rad], lift coefficient, drag coefficient) of the flaps; none without flaps.
 
     The lift is the same at every angle of attack: that of the largest lift of a wing of which a part has flaps
     (Raymer, Aircraft Design, eq. 12.21), 0.9 times section lift, chord extension and area fraction. The drag is
@@ -194,6 +194,6 @@ def flap_curve(facts: Facts) -> tuple[tuple[float, float, float], ...]:
 
 
 def flap_lift(facts: Facts, flap_rad: float) -> float:
-    """Lift coefficient of the flaps at a deflection, straight between the points of ``flap_curve``."""
+    """Return the lift coefficient of the flaps at a deflection, straight between the points of ``flap_curve``."""
     points = flap_curve(facts)
     return float(np.interp(flap_rad, [p[0] for p in points], [p[1] for p in points])) if points else 0.0

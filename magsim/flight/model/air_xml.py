@@ -1,7 +1,8 @@
 """The air as JSBSim system XML: wind that changes with height, and gusts, both at the step rate.
 
-The steady wind and the turbulence are JSBSim's own. Gusts are handed to generators, each of which makes one gust at a
-time; there are as many as gusts overlap. Times are on JSBSim's clock, speeds in feet a second (JSBSim's units).
+The steady wind and the turbulence are JSBSim's own. Gusts are passed to generators, each of which produces one gust
+at a time; there are as many generators as gusts overlap. Times are on JSBSim's
+clock, speeds in feet a second (JSBSim's units).
 """
 
 import math
@@ -20,16 +21,16 @@ NEVER_S = 1.0e9
 
 
 def weather_xml(weather: Weather, wind_mps: tuple[float, float], grid: float = 0.0, grid_lon_rad: float = 0.0) -> str:
-    """The system of shear and gusts, empty where there is neither; near the poles, of all wind.
+    """Write the system of shear and gusts, empty if there is neither; near the poles, of all wind.
 
-    JSBSim makes the wind of a step before it runs its systems, so what is computed here acts one step later: gusts
-    are computed one step ahead.
+    JSBSim computes the wind of a step before it runs its systems, so a result of this system acts one step later:
+    gusts are computed one step ahead.
 
     Parameters
     ----------
     weather : Weather
     wind_mps : (float, float)
-        Steady wind to north and east where the weather's reference height says; near the poles at ``grid_lon_rad``.
+        Steady wind to north and east at the weather's reference height; near the poles at ``grid_lon_rad``.
     grid : float
         See ``magsim.earth.grid``: not 0 near the poles, where the air moves in grid directions.
     grid_lon_rad : float
@@ -48,11 +49,11 @@ def weather_xml(weather: Weather, wind_mps: tuple[float, float], grid: float = 0
 
 
 POINTER_FPS = 1.0e-9
-"""A wind too weak to be felt, by whose direction JSBSim turns its turbulence."""
+"""A wind too weak to have an effect, by whose direction JSBSim turns its turbulence."""
 
 
 def _turned_to_local(weather: Weather, wind_mps: tuple[float, float], grid: float, grid_lon_rad: float) -> str:
-    """Wind and gusts of the grid as JSBSim's gusts, which turn no turbulence, in the local directions of the next step.
+    """Write wind and gusts of the grid as JSBSim's gusts, which turn no turbulence, along the next step's local axes.
 
     JSBSim turns its turbulence counter to the wind, one step late: its wind becomes a pointer, two steps ahead.
     """
@@ -85,7 +86,7 @@ def _turned_to_local(weather: Weather, wind_mps: tuple[float, float], grid: floa
 
 
 def _azimuth(output: str, steps: int, grid: float, grid_lon_rad: float) -> str:
-    """Local azimuth of grid north some steps ahead: by the longitude that the motion over ground leads to."""
+    """Write the local azimuth of grid north some steps ahead, at the longitude that the motion over ground leads to."""
     lon, lat = "<property>position/long-gc-rad</property>", "<property>position/lat-geod-rad</property>"
     v_north, v_east = (f"<property>velocities/v-{axis}-fps</property>" for axis in ("north", "east"))
     time = f"<product>{_value(float(steps))}<property>simulation/dt</property></product>"
@@ -112,7 +113,7 @@ def _value(value: float) -> str:
 
 
 def _shear(weather: Weather, wind_mps: tuple[float, float], place: str) -> str:
-    """Wind to north and east as functions of height, as properties of a place."""
+    """Write wind to north and east as functions of height, as properties below ``place``."""
     shear, (north, east) = weather.shear, wind_mps
     if isinstance(shear, LinearShear):
         above = f"<difference><property>position/geod-alt-ft</property>{_value(weather.reference_m / FT)}</difference>"
@@ -135,7 +136,7 @@ def _shear(weather: Weather, wind_mps: tuple[float, float], place: str) -> str:
 
 
 def _gusts(slots: int, place: str) -> str:
-    """Share of each generator's gust, and their sum as properties of a place: ``atmosphere`` is JSBSim's gust."""
+    """Write each generator's share of its gust and the sum below ``place``: in ``atmosphere`` it is JSBSim's gust."""
     text, now = "", "<sum><property>simulation/sim-time-sec</property><property>simulation/dt</property></sum>"
     for slot in range(slots):
         start, duration = (f"<property>{gust_property(slot, name)}</property>" for name in ("start-s", "duration-s"))

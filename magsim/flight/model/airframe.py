@@ -1,7 +1,7 @@
 """Facts -> flight model of JSBSim: the XML of airframe and engine. The autopilot's XML is in ``autopilot``.
 
-The XML is written into a temporary folder when a flight model is loaded and never kept. Beside ``plant`` this is the
-only place with feet, slugs, pounds and names of JSBSim's.
+The XML is written into a temporary folder when a flight model is loaded and never kept. Feet, slugs, pounds and
+names of JSBSim appear in ``magsim.flight.model`` alone, beside the commands of the pilot.
 
 JSBSim's structural frame is x aft, y right, z up in inches, from the manufacturer's datum; ``inches_from_body`` and
 ``body_from_inches`` are the only bridge between it and body axes.
@@ -21,11 +21,11 @@ from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
 
 SYSTEM, AIR = "survey_autopilot", "air"
 STILL_AIR = '<?xml version="1.0"?>\n<system name="air"/>\n'
-"""The system of shear and gusts where there is neither."""
+"""The system of shear and gusts without either."""
 
 
 def inches_from_body(position_b: Sequence[float], facts: Facts) -> tuple[float, float, float]:
-    """Structural coordinates [in] (x aft, y right, z up) of a place in body axes, (3,) [m] from the datum."""
+    """Return structural coordinates [in] (x aft, y right, z up) of a place in body axes, (3,) [m] from the datum."""
     datum = facts.datum
     return (
         (datum.station.value - position_b[0]) / INCH,
@@ -35,7 +35,7 @@ def inches_from_body(position_b: Sequence[float], facts: Facts) -> tuple[float, 
 
 
 def body_from_inches(position_in: Sequence[float], facts: Facts) -> tuple[float, float, float]:
-    """Body axes from the datum, (3,) [m], of a place in structural coordinates [in]."""
+    """Return body axes from the datum, (3,) [m], of a place in structural coordinates [in]."""
     datum = facts.datum
     return (
         datum.station.value - position_in[0] * INCH,
@@ -56,7 +56,7 @@ def model_files(
     air_xml: str = STILL_AIR,
     hook_b: Sequence[float] | None = None,
 ) -> dict[str, str]:
-    """Text of the files of a model by their places below a folder; with direct thrust for its twin."""
+    """Return the text of a model's files by their paths below a folder; with direct thrust for its twin."""
     engine = {f"engine/{file}.xml": text for file, text in engine_files(facts, twin=twin).items()}
     return {
         f"aircraft/{name}/{name}.xml": airframe_xml(facts, name, hook_b),
@@ -83,10 +83,10 @@ def write_model(
 
 
 def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None) -> str:
-    """The airframe: metrics, mass, wheels, engine, aerodynamics, and a rope that pulls on a hook.
+    """Write the airframe: metrics, mass, wheels, engine, aerodynamics, and a rope that pulls on a hook.
 
-    Aerodynamic moments refer to a point of the airframe, whatever the load does to the center of gravity. The product
-    of inertia is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its negative.
+    Aerodynamic moments refer to a point of the airframe, independent of the center of gravity. The product of inertia
+    is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its negative.
     """
     geometry = facts.geometry
     moments = inertia(facts)
@@ -132,7 +132,7 @@ def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None)
 
 
 def _rope_xml(hook_b: Sequence[float], facts: Facts) -> str:
-    """Forces in local axes at a hook, whose magnitudes are written step by step."""
+    """Write forces in local axes at a hook; their magnitudes are set step by step."""
     forces = ""
     for name, direction in PULLS:
         x, y, z = direction.split()
@@ -159,7 +159,7 @@ def _tank_xml(position_b: Sequence[float], fuel_kg: float, capacity_kg: float, f
 
 
 def _wheel_xml(index: int, position_b: Sequence[float], facts: Facts) -> str:
-    """A wheel that holds a third of the weight at about 0.1 m of travel; only contact is of interest."""
+    """Write a wheel that holds a third of the weight at about 0.1 m of travel; only contact matters."""
     stiffness = facts.mass_kg * 9.81 / 3.0 / 0.1 * FT / LBF
     return f"""  <contact type="BOGEY" name="wheel {index}">
    {_location("", position_b, facts)}
@@ -173,7 +173,7 @@ def _wheel_xml(index: int, position_b: Sequence[float], facts: Facts) -> str:
 
 
 def _aerodynamics_xml(facts: Facts) -> str:
-    """Forces and moments, each axis one function: a sum of terms times dynamic pressure and reference sizes."""
+    """Write forces and moments, one function an axis: a sum of terms times dynamic pressure and reference sizes."""
     d = derivatives(facts)
     alpha, beta = "aero/alpha-rad", "aero/beta-rad"
     elevator, aileron, rudder = "fcs/elevator-pos-rad", "fcs/left-aileron-pos-rad", "fcs/rudder-pos-rad"
@@ -226,7 +226,7 @@ def _aerodynamics_xml(facts: Facts) -> str:
         + _term(d.yaw_aileron, aileron)
         + _term(d.yaw_rudder, rudder)
     )
-    # The trim looks for its angle of attack between these; JSBSim's own range ends at -5 degrees.
+    # The trim searches its angle of attack between these; JSBSim's own range ends at -5 degrees.
     low, high = facts.limits.angle_of_attack.value
     return (
         f' <aerodynamics>\n  <alphalimits unit="DEG"><min>{low!r}</min><max>{high!r}</max></alphalimits>\n'
@@ -242,7 +242,7 @@ def _aerodynamics_xml(facts: Facts) -> str:
 
 
 def _flaps_xml(facts: Facts, wing: str) -> str:
-    """Lift and drag of the flaps over their deflection, and the lift of the whole wing."""
+    """Write lift and drag of the flaps over their deflection, and the lift of the whole wing."""
     points = flap_curve(facts)
     position = "fcs/flap-pos-rad"
     text = ""

@@ -1,8 +1,8 @@
 """The survey autopilot as JSBSim system XML: inner loops, height, heading and speed loops, sine generators.
 
 All loops run at the step rate inside JSBSim; Python sets set points ten times a second. Properties that Python writes
-are in ``INPUTS``; ``Sine`` names those of a generator. Angles in radians, times in seconds, height and speed in feet
-(JSBSim's units); commands of surfaces are normalized by the larger travel.
+are in ``INPUTS``; ``SineGenerator`` names those of a generator. Angles are in radians, times in seconds, height and
+speed in feet (JSBSim's units); commands of surfaces are normalized by the larger travel.
 
 The loops, with V the true airspeed, s and c the sine of a generator and its derivative, I[.] clipped integrals::
 
@@ -22,12 +22,13 @@ which is 0 while the model is trimmed. A generator eases in before its first cyc
 cycle at rising amplitude that goes before gives the integral of the sine no mean, so that a roll train does not turn
 the mean course and a pitch train does not change the mean height.
 
-In a combined maneuver roll and yaw disturb each other. Each is then fed the sine of the other one by two factors that
-``joint`` finds, which takes out what it would make of it: ``s + f s_other + g c_other`` stands for s, and the
-derivative of that for c.
+In a combined maneuver roll and yaw disturb each other. Each is then fed the sine of the other one by two factors, found
+by the calibration of the maneuver, that cancel the disturbance: ``s + f s_other + g c_other`` replaces s, and its
+derivative replaces c.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -55,11 +56,11 @@ INPUTS = (
     "ap/flap-lift-norm",
 )
 NEVER_S = 1.0e9
-"""Start time of a generator that rests."""
+"""Start time of a generator at rest."""
 
 
 @dataclass(frozen=True)
-class Sine:
+class SineGenerator:
     """Names of the properties of one axis's sine generator."""
 
     axis: str
@@ -68,9 +69,9 @@ class Sine:
         return f"ap/{self.axis}/{name}"
 
     @property
-    def other(self) -> "Sine | None":
+    def other(self) -> "SineGenerator | None":
         """The generator whose sine is fed to this axis in a combined maneuver."""
-        return Sine(FED[self.axis]) if self.axis in FED else None
+        return SineGenerator(FED[self.axis]) if self.axis in FED else None
 
     @cached_property
     def inputs(self) -> dict[str, float]:
@@ -88,13 +89,13 @@ class Sine:
 
 
 def system_xml(facts: Facts) -> str:
-    """The autopilot and the actuators of an aircraft, for JSBSim."""
+    """Write the autopilot and the actuators of an aircraft, for JSBSim."""
     inputs = dict.fromkeys(INPUTS, 0.0)
     for axis in AXES:
-        inputs |= Sine(axis).inputs
+        inputs |= SineGenerator(axis).inputs
     inputs |= {f"ap/integral/{name}": 0.0 for name in ("path", "pitch", "roll", "speed")}
     declared = "".join(f' <property value="{value!r}">{name}</property>\n' for name, value in inputs.items())
-    generators = "".join(_generator(Sine(axis)) for axis in AXES)
+    generators = "".join(_generator(SineGenerator(axis)) for axis in AXES)
     return f"""<?xml version="1.0"?>
 <system name="survey autopilot">
 {declared} <channel name="sines">
@@ -109,7 +110,7 @@ def system_xml(facts: Facts) -> str:
 """
 
 
-def _tag(name: str) -> object:
+def _tag(name: str) -> Callable[..., str]:
     def build(*parts: object) -> str:
         return f"<{name}>{''.join(_part(p) for p in parts)}</{name}>"
 
@@ -117,7 +118,7 @@ def _tag(name: str) -> object:
 
 
 def _part(part: object) -> str:
-    """A number becomes a value, a name of a property a property, everything else is XML already."""
+    """Write a number as a value and a name as a property; XML stays unchanged."""
     if isinstance(part, int | float):
         return f"<value>{float(part)!r}</value>"
     text = str(part)
@@ -134,19 +135,19 @@ def _clip(value: object, limit: float) -> str:
 
 
 def _define(output: str, expression: str) -> str:
-    """One component of the flight control system: a function of properties."""
+    """Write one component of the flight control system: a function of properties."""
     name = output.replace("/", " ")
     return f'  <fcs_function name="{name}"><function>{expression}</function><output>{output}</output></fcs_function>\n'
 
 
 def _integral(name: str, gain: float, error: str, limit: float) -> str:
-    """Clipped integral by Euler's rule, which stays where it is while the error is gated to zero."""
+    """Write a clipped integral by Euler's rule, which holds its value while the error is gated to zero."""
     own = f"ap/integral/{name}"
     return _define(own, _clip(_sum(own, _product(gain, "simulation/dt", error)), limit))
 
 
-def _generator(sine: Sine) -> str:
-    """Envelope, sine and derivative of one axis; nothing is computed while the generator rests."""
+def _generator(sine: SineGenerator) -> str:
+    """Write envelope, sine and derivative of one axis; nothing is computed while the generator rests."""
     time, end = sine["time-s"], sine["length-s"]
     length = _quotient(_product(2.0 * math.pi, sine["cycles"]), sine["omega-rad_sec"])
     rise = _min(1.0, _sum(1.0, _quotient(time, sine["ease-in-s"])))
@@ -169,14 +170,14 @@ def _generator(sine: Sine) -> str:
     )
 
 
-def _swing(sine: Sine, other: Sine) -> str:
-    """The angle that an axis is asked to swing by: its own sine, and in a combined maneuver a part of another one's."""
+def _oscillation(sine: SineGenerator, other: SineGenerator) -> str:
+    """Write the commanded angle of an axis: its own sine, and in a combined maneuver a part of another one's."""
     fed = _product(sine["feed-norm"], other["sine-rad"]), _product(sine["feed-s"], other["rate-rad_sec"])
     return _if(_is_fed(sine), _sum(sine["sine-rad"], *fed), sine["sine-rad"])
 
 
-def _swing_rate(sine: Sine, other: Sine) -> str:
-    """Derivative of ``_swing`` at full envelope."""
+def _oscillation_rate(sine: SineGenerator, other: SineGenerator) -> str:
+    """Write the derivative of ``_oscillation`` at full envelope."""
     omega = other["omega-rad_sec"]
     fed = (
         _product(sine["feed-norm"], other["rate-rad_sec"]),
@@ -185,29 +186,29 @@ def _swing_rate(sine: Sine, other: Sine) -> str:
     return _if(_is_fed(sine), _sum(sine["rate-rad_sec"], *fed), sine["rate-rad_sec"])
 
 
-def _is_fed(sine: Sine) -> str:
+def _is_fed(sine: SineGenerator) -> str:
     return _and(_gt(sine["fed"], 0.0), _gt(sine["active"], 0.0))
 
 
 def _smooth(x: str) -> str:
-    """Cubic step 3 x^2 - 2 x^3."""
+    """Write the cubic step 3 x^2 - 2 x^3."""
     return _product(x, x, _difference(3.0, _product(2.0, x)))
 
 
 def _least_speed(facts: Facts) -> float:
-    """Airspeed [m/s] below which nothing flies: a floor for divisions, also before JSBSim has any velocity."""
+    """Return an airspeed [m/s] below which nothing flies: a floor for divisions, also at JSBSim's start."""
     return 0.4 * facts.limits.speed_mps[0]
 
 
 def _vertical(facts: Facts) -> str:
-    """Height, path, pitch and speed."""
-    gains, pitch = facts.autopilot, Sine("pitch")
+    """Write the loops of height, path, pitch and speed."""
+    gains, pitch = facts.autopilot, SineGenerator("pitch")
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
     back = _clip(
         _product(gains.altitude.value, _difference("ap/height-ft", "position/geod-alt-ft")),
         gains.climb_limit.value / FT,
     )
-    # The climb of a height plan is flown at once; the loops only bring back what is left.
+    # The planned climb is commanded directly; the loops only correct the remaining error.
     climb = _sum(back, "ap/climb-fps")
     planned = _product("ap/on", "ap/hold-height", _quotient("ap/climb-fps", speed))
     path_error = _product("ap/on", "ap/hold-height", _quotient(_difference(climb, "velocities/h-dot-fps"), speed))
@@ -220,7 +221,7 @@ def _vertical(facts: Facts) -> str:
     turn = _product(alpha, _difference(_quotient(1.0, _cos("ap/bank-command-rad")), 1.0))
     parts = ["ap/theta-rad", "ap/path-rad", turn, pitch["sine-rad"]]
     if facts.controls.flap:
-        # Lift that moving flaps add beyond that of the trim is taken off the wing: the pilot's hand goes with them.
+        # Lift that moving flaps add beyond that of the trim is removed from the wing, as a pilot would do.
         added = _difference("ap/flap-lift-norm", "aero/coefficient/cl-flap")
         parts.append(_quotient(added, derivatives(facts).cl_alpha))
     wanted = _sum(*parts)
@@ -246,11 +247,11 @@ def _vertical(facts: Facts) -> str:
 
 
 def _lateral(facts: Facts) -> str:
-    """Heading, roll, coordination, and the yaw maneuver."""
-    gains, roll, yaw = facts.autopilot, Sine("roll"), Sine("yaw")
+    """Write the loops of heading, roll, coordination, and the yaw maneuver."""
+    gains, roll, yaw = facts.autopilot, SineGenerator("roll"), SineGenerator("yaw")
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
     # psi and its set point lie in 0..2 pi; fmod of a positive argument wraps the difference. Near the poles both are
-    # counted from grid north: the longitude, -pi..pi, is added or taken off.
+    # counted from grid north: the longitude, -pi..pi, is added or subtracted.
     grid = _product("ap/grid-norm", "position/long-gc-rad")
     turned = _difference(_sum("ap/heading-rad", 3.0 * math.pi), _sum("attitude/psi-rad", grid))
     heading_error = _product("ap/on", _difference(_fmod(turned, 2.0 * math.pi), math.pi))
@@ -261,16 +262,18 @@ def _lateral(facts: Facts) -> str:
         _clip("ap/heading-error-rad", gains.intercept_limit.value),
     )
     bank = _clip(_sum(course, "ap/bank-rad"), gains.bank_limit.value)
-    roll_error = _product("ap/on", _difference(_sum("ap/bank-command-rad", _swing(roll, yaw)), "attitude/phi-rad"))
+    roll_error = _product(
+        "ap/on", _difference(_sum("ap/bank-command-rad", _oscillation(roll, yaw)), "attitude/phi-rad")
+    )
     rate = _sum(
         _product(gains.roll.value, "ap/roll-error-rad"),
-        _swing_rate(roll, yaw),
+        _oscillation_rate(roll, yaw),
         _product(-1.0, "velocities/phidot-rad_sec"),
     )
     aileron = _product("ap/on", _sum(_product(gains.roll_rate.value, rate), "ap/integral/roll"))
     yaw_rate = _sum(
-        _product(gains.yaw.value, _sum("ap/heading-error-rad", _swing(yaw, roll))),
-        _swing_rate(yaw, roll),
+        _product(gains.yaw.value, _sum("ap/heading-error-rad", _oscillation(yaw, roll))),
+        _oscillation_rate(yaw, roll),
         _product(-1.0, "velocities/psidot-rad_sec"),
     )
     turn_rate = _difference(_quotient(_product(G0 / FT, _tan("attitude/phi-rad")), speed), "velocities/psidot-rad_sec")
@@ -289,7 +292,7 @@ def _lateral(facts: Facts) -> str:
 
 
 def _surfaces(facts: Facts) -> str:
-    """Commands of trim, pilot and autopilot added, scaled to the larger travel, and moved by the actuators."""
+    """Write the sum of trim, pilot and autopilot commands, scaled to the larger travel, and the actuators."""
     controls = facts.controls
     lag, rate = controls.actuator_lag.value, controls.actuator_rate.value
     chains = (
@@ -308,7 +311,7 @@ def _surfaces(facts: Facts) -> str:
             f"<output>{output}</output></actuator>\n"
         )
     if controls.flap:
-        # A motor of constant rate that stops where it was asked to.
+        # A motor of constant rate that stops at its set point.
         step = _product(controls.flap.rate.value, "simulation/dt")
         left = _difference("ap/flap-rad", "fcs/flap-pos-rad")
         moved = _max(_product(-1.0, step), _min(step, left))

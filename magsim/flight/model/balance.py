@@ -1,7 +1,7 @@
 """Mass and balance for JSBSim: the dry aircraft and its tanks, so that fuel may be burned.
 
-JSBSim adds to the dry inertia what dry mass and fuel have about the common center of gravity. The inertia of the
-textbook is that of the whole aircraft at the beginning of the flight; the dry one is what remains of it.
+JSBSim adds the inertia of dry mass and fuel about the common center of gravity to the dry inertia. The inertia of the
+textbook formulas is that of the loaded aircraft at the beginning of the flight; the dry one is the rest.
 """
 
 from collections.abc import Sequence
@@ -11,11 +11,11 @@ import numpy as np
 from magsim.aircraft.facts import Facts
 
 FUEL_SHARE = 0.0125
-"""Part of the mass that counts as fuel where the aircraft file has no balance; it lies in the center of gravity."""
+"""Part of the mass that counts as fuel if the aircraft file has no balance; it is in the center of gravity."""
 
 
 def tanks(facts: Facts) -> tuple[tuple[tuple[float, float, float], float, float], ...]:
-    """Place in body axes from the datum [m], contents and capacity [kg] of each tank."""
+    """Return position in body axes from the datum [m], contents and capacity [kg] of each tank."""
     balance = facts.mass.balance
     if balance is None:
         fuel = FUEL_SHARE * facts.mass_kg
@@ -28,12 +28,12 @@ def tanks(facts: Facts) -> tuple[tuple[tuple[float, float, float], float, float]
 
 
 def dry_mass(facts: Facts) -> float:
-    """Mass with empty tanks [kg]."""
+    """Return the mass with empty tanks [kg]."""
     return facts.mass_kg - sum(fuel for _, fuel, _ in tanks(facts))
 
 
 def dry_inertia(facts: Facts, whole: np.ndarray) -> np.ndarray:
-    """Inertia (3, 3) [kg m^2] of the dry aircraft about its own center of gravity.
+    """Return the inertia (3, 3) [kg m^2] of the dry aircraft about its own center of gravity.
 
     Parameters
     ----------
@@ -46,6 +46,6 @@ def dry_inertia(facts: Facts, whole: np.ndarray) -> np.ndarray:
 
 
 def _about(mass: float, place: Sequence[float], center: Sequence[float]) -> np.ndarray:
-    """Inertia of a point about another one (Steiner)."""
+    """Return the inertia of a point about another one (Steiner)."""
     arm = np.array(place) - np.array(center)
     return mass * (float((arm * arm).sum()) * np.eye(3) - np.outer(arm, arm))

@@ -39,7 +39,7 @@ CHANNELS: tuple[tuple[str, str, float], ...] = (
 """Logged quantities: name, JSBSim's property, factor to SI."""
 
 WITHOUT = frozenset({"propulsion/engine/propeller-rpm"})
-"""Properties that a model need not have; they read 0 then."""
+"""Properties that a model need not have; they read 0 if missing."""
 
 TO_SI = np.array([factor for _, _, factor in CHANNELS])
 

@@ -9,26 +9,27 @@ import math
 
 import numpy as np
 
-from magsim.aircraft.facts import DirectEngine, Engine, Facts, FixedPropeller, TurbopropEngine
+from magsim.aircraft.engine import DirectEngine, Engine, FixedPropeller, TurbopropEngine
+from magsim.aircraft.facts import Facts
 from magsim.flight.model.propeller import ADVANCE, PITCH_DEG, governed_thrust, tables
 from magsim.units import FT, HP, LB, LBF, RHO0, SLUG_FT2, SLUG_FT3
 
 ENGINE, THRUSTER = "engine", "thruster"
 
 SETTLE_S = 40.0
-"""Time in which a propeller that starts from rest has found its speed and the loops have found their rest."""
+"""Time in which a propeller that starts from rest has reached its speed and the loops have settled."""
 
 IDLE_POWER = 0.03
 """Part of the power that a turbine gives at idle; an estimate, it only keeps fuel flow over power finite."""
 
 
 def settling_time(engine: Engine) -> float:
-    """Time [s] that an engine needs after its start before the flight may begin."""
+    """Return the time [s] that an engine needs after its start before the flight may begin."""
     return SETTLE_S if isinstance(engine, TurbopropEngine) else 0.0
 
 
 def available_power(engine: TurbopropEngine, density: float) -> float:
-    """Shaft power [W] with the lever forward: flat rated, then falling with density.
+    """Return the shaft power [W] with the lever forward: flat rated, then falling with density.
 
     The law is Anderson's, Aircraft Performance and Design, eq. 3.36.
     """
@@ -36,7 +37,7 @@ def available_power(engine: TurbopropEngine, density: float) -> float:
 
 
 def available_thrust(engine: Engine, speed_mps: float, density: float) -> float:
-    """Thrust [N] with the lever forward; a direct engine's loss with height is left out."""
+    """Return the thrust [N] with the lever forward; a direct engine's loss with height is left out."""
     if isinstance(engine, DirectEngine):
         thrust = engine.power.value * engine.propeller_efficiency.value / max(speed_mps, 1.0)
         return min(engine.static_thrust.value, thrust)
@@ -46,7 +47,7 @@ def available_thrust(engine: Engine, speed_mps: float, density: float) -> float:
 def turning_speed(
     propeller: FixedPropeller, thrust_n: np.ndarray, speed_mps: np.ndarray, density: np.ndarray
 ) -> np.ndarray:
-    """Speed at which a propeller of fixed pitch gives a thrust, (n,) [rad/s].
+    """Return the speed at which a propeller of fixed pitch gives a thrust, (n,) [rad/s].
 
     ``T = rho n^2 D^4 (c0 + c1 J + c2 J^2)`` with ``J = V / (n D)`` is a square equation for the revolutions ``n``
     (Beard and McLain, Small Unmanned Aircraft, chapter 4).
@@ -67,7 +68,7 @@ def turning_speed(
 
 
 def lever_of(engine: TurbopropEngine, thrust_n: float, speed_mps: float, density: float) -> float:
-    """Lever, 0 to 1, at which the governed propeller settles at a thrust."""
+    """Return the lever, 0 to 1, at which the governed propeller settles at a thrust."""
     power = available_power(engine, density)
     low, high = IDLE_POWER, 1.0
     for _ in range(40):
@@ -80,7 +81,7 @@ def lever_of(engine: TurbopropEngine, thrust_n: float, speed_mps: float, density
 
 
 def engine_files(facts: Facts, *, twin: bool) -> dict[str, str]:
-    """Text of the files of engine and thruster by name; of the turboprop's twin on request."""
+    """Return the text of the files of engine and thruster by name; of the turboprop's twin on request."""
     engine = facts.engine
     direct = f'<?xml version="1.0"?>\n<direct name="{THRUSTER}"/>\n'
     if isinstance(engine, DirectEngine):
@@ -91,7 +92,7 @@ def engine_files(facts: Facts, *, twin: bool) -> dict[str, str]:
 
 
 def _direct_xml(engine: DirectEngine) -> str:
-    """The lesser of static thrust and propeller power over speed, times a factor of height."""
+    """Write the lesser of static thrust and propeller power over speed, times a factor of height."""
     power, static = engine.power.value * engine.propeller_efficiency.value, engine.static_thrust.value
     speeds = [0.0, *(power / static * step for step in (1.0, 1.1, 1.2, 1.35, 1.5, 1.7, 1.9, 2.2, 2.6, 3.2, 4.0))]
     rows = "".join(f"     {v / FT!r} {min(1.0, power / max(v, 1.0) / static)!r}\n" for v in speeds)
@@ -115,7 +116,7 @@ def _direct_xml(engine: DirectEngine) -> str:
 
 
 def _twin_xml(engine: TurbopropEngine) -> str:
-    """The thrust that the governed propeller gives, over speed and density."""
+    """Write the thrust of the governed propeller over speed and density."""
     speeds = (0.0, *(float(v) for v in range(20, 151, 10)))
     densities = tuple(RHO0 * part for part in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25))
     static = available_thrust(engine, 0.0, RHO0)
@@ -137,7 +138,7 @@ def _twin_xml(engine: TurbopropEngine) -> str:
 
 
 def _thrust_xml(static_n: float, share: str) -> str:
-    """A turbine of JSBSim's with a thrust function, because that one can be trimmed."""
+    """Write a JSBSim turbine with a thrust function, because that one can be trimmed."""
     return f"""<?xml version="1.0"?>
 <turbine_engine name="{ENGINE}">
  <milthrust unit="LBS">{static_n / LBF!r}</milthrust>
@@ -153,11 +154,11 @@ def _thrust_xml(static_n: float, share: str) -> str:
 
 
 def _turboprop_xml(engine: TurbopropEngine) -> str:
-    """Power over gas generator speed, turbine speed and density; fuel flow falls to its idle part with the power.
+    """Write power over gas generator speed, turbine speed and density; fuel flow falls to its idle part with the power.
 
-    The torque of a free turbine falls linearly to zero at twice its design speed; a trace of power at rest lets it turn
-    at all. The lever asks for a part of the
-    power that the air allows, so it never asks for more than the flat rating.
+    The torque of a free turbine falls linearly to zero at twice its design speed; a trace of power at rest lets it
+    start to turn. The lever commands a part of the power that the air allows, so it never commands more than the flat
+    rating.
     """
     low, high = (100.0 * value for value in engine.gas_generator.value)
     rated = engine.power.value / HP

@@ -30,11 +30,11 @@ def load(
     air_xml: str = STILL_AIR,
     hook_b: tuple[float, float, float] | None = None,
 ) -> jsbsim.FGFDMExec:
-    """A fresh instance of an aircraft's flight model, or of its twin with direct thrust, for trim and linearization.
+    """Load a fresh instance of an aircraft's flight model, or of its twin with direct thrust for the trim.
 
     Its step rate is set before its filters are built.
 
-    ``air_xml`` is the system of shear and gusts; without it the air has neither. ``hook_b`` is where a rope pulls.
+    ``air_xml`` is the system of shear and gusts; without it there are none. ``hook_b`` is where a rope pulls.
     """
     silence()
     with tempfile.TemporaryDirectory(prefix="magsim-") as name:
@@ -44,7 +44,7 @@ def load(
 
 
 def load_from(folder: Path, name: str, step_s: float, integrators: Mapping[str, int] = INTEGRATORS) -> jsbsim.FGFDMExec:
-    """A fresh instance of the model ``aircraft/<name>/<name>.xml`` below a folder, with accurate integrators."""
+    """Load a fresh instance of the model ``aircraft/<name>/<name>.xml`` below a folder, with accurate integrators."""
     silence()
     fdm = jsbsim.FGFDMExec(None)
     fdm.set_debug_level(0)

@@ -1,6 +1,6 @@
 """The flight model as a machine: JSBSim, its start, its state in SI units, its checks.
 
-After the start nothing writes a state of JSBSim: only commands, set points, wind and switches. JSBSim holds Python's
+After the start no state of JSBSim is written: only commands, set points, wind and switches. JSBSim holds Python's
 interpreter lock while it steps, so threads gain nothing; processes do.
 """
 
@@ -13,15 +13,15 @@ import jsbsim
 from magsim.aircraft.facts import Facts
 from magsim.errors import DataError
 from magsim.flight.model.airframe import PULLS
-from magsim.flight.model.autopilot import INPUTS, Sine
+from magsim.flight.model.autopilot import INPUTS, SineGenerator
 from magsim.flight.model.channels import CHANNELS, COLUMN, MOTION_COLUMNS, STATE_COLUMNS, WITHOUT, CarrierState
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.units import FT, LB, LBF
 
 
 class HookLoad(Protocol):
-    """What hangs on the hook and is stepped with the flight model."""
+    """A load on the hook that is stepped with the flight model."""
 
     def begin(self, state: CarrierState) -> None:
         """Start below a carrier that flies straight and level."""
@@ -38,9 +38,9 @@ class Plant:
     Parameters
     ----------
     facts : Facts
-    setup : Setup
+    setup : PlantSetup
     coupled : HookLoad, optional
-        What pulls on the hook of the setup.
+        Load on the hook of the setup.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Plant:
         Time since the plant's start.
     """
 
-    def __init__(self, facts: Facts, setup: Setup, coupled: HookLoad | None = None) -> None:
+    def __init__(self, facts: Facts, setup: PlantSetup, coupled: HookLoad | None = None) -> None:
         self._fdm = start(facts, setup)
         self._run = self._fdm.run
         self._step_s = 1.0 / setup.step_hz
@@ -102,30 +102,30 @@ class Plant:
         return row
 
     def _state(self) -> CarrierState:
-        """The state that a towed body needs."""
+        """Return the state that a towed body needs."""
         return CarrierState(*[self._readers[index]() * factor for index, factor in STATE_COLUMNS])
 
     def _pull(self, force_n: tuple[float, float, float]) -> None:
-        """Pull on the hook in the next step."""
+        """Set the pull on the hook in the next step."""
         if not math.isfinite(sum(force_n)):
             self.row = [read() for read in self._readers]
-            trouble = "lost the swing of its bird (allowed: a larger flight.step_hz, fewer links, a heavier rope)"
+            trouble = "lost the motion of its bird (allowed: a larger flight.step_hz, fewer links, a heavier rope)"
             raise FlightTroubleError(trouble, self.row, self.time_s)
         for write, force in zip(self._pulls, force_n, strict=True):
             write(force / LBF)
 
     def ground(self, height_m: float) -> None:
-        """Tell the height of the ground below, above the ellipsoid, at which it is touched."""
+        """Set the height of the ground below the aircraft, above the ellipsoid."""
         self._floor_ft = height_m / FT
         self._set_ground(self._floor_ft)
 
     def value(self, name: str) -> float:
-        """A quantity of the last row, in SI units."""
+        """Return a quantity of the last row, in SI units."""
         index = COLUMN[name]
         return self.row[index] * CHANNELS[index][2]
 
     def motion(self) -> tuple[float, ...]:
-        """What guidance needs of the last row: the quantities of ``MOTION``, in SI units."""
+        """Return the quantities of ``MOTION`` of the last row, in SI units."""
         row = self.row
         return tuple([row[index] * factor for index, factor in MOTION_COLUMNS])
 
@@ -140,14 +140,14 @@ class Plant:
 
 
 class FlightTroubleError(DataError):
-    """The flight went wrong; knows when, on the plant's clock, so that the caller can name its own time."""
+    """A flight that went wrong, with the time on the plant's clock, so that the caller can name its own time."""
 
     def __init__(self, trouble: str, row: list[float], time_s: float) -> None:
         self.trouble, self.row, self.time_s = trouble, row, time_s
-        super().__init__(self.told(time_s))
+        super().__init__(self.message(time_s))
 
-    def told(self, time_s: float) -> str:
-        """One line that names time and state."""
+    def message(self, time_s: float) -> str:
+        """Return one line that names time and state."""
         value = {name: self.row[i] * CHANNELS[i][2] for name, i in COLUMN.items()}
         return (
             f"the flight {self.trouble} at t = {time_s:.1f} s: height {value['alt']:.0f} m, airspeed "
@@ -158,7 +158,7 @@ class FlightTroubleError(DataError):
 
 
 def _writable() -> tuple[str, ...]:
-    return (*INPUTS, *(name for axis in ("pitch", "roll", "yaw") for name in Sine(axis).inputs))
+    return (*INPUTS, *(name for axis in ("pitch", "roll", "yaw") for name in SineGenerator(axis).inputs))
 
 
 def _node(manager: jsbsim.FGPropertyManager, name: str) -> jsbsim.FGPropertyNode:
@@ -176,7 +176,7 @@ def _reader(manager: jsbsim.FGPropertyManager, name: str) -> Callable[[], float]
 
 
 def _envelope(facts: Facts) -> Callable[[list[float], float], str]:
-    """Check of a row over a ground of some height [ft]: what is wrong with it, or nothing."""
+    """Return the check of a row over a ground of some height [ft]: it describes what is wrong, or is empty."""
     limits = facts.limits
     alpha_low, alpha_high = (math.radians(v) for v in limits.angle_of_attack.value)
     beta, bank, pitch = (math.radians(v.value) for v in (limits.sideslip, limits.bank, limits.pitch))

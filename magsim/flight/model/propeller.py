@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from magsim.aircraft.facts import Propeller
+from magsim.aircraft.engine import Propeller
 
 STATIONS = 24
 """Blade elements from hub to tip."""
@@ -30,7 +30,7 @@ ADVANCE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3,
 
 
 def coefficients(propeller: Propeller, advance: np.ndarray, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Thrust and power coefficient.
+    """Return thrust and power coefficient.
 
     Parameters
     ----------
@@ -76,14 +76,14 @@ def coefficients(propeller: Propeller, advance: np.ndarray, pitch: np.ndarray) -
 
 
 def _tip_loss(propeller: Propeller, part: np.ndarray, flow: np.ndarray) -> np.ndarray:
-    """Prandtl's factor, with the pitch of the wake that leaves the tip."""
+    """Return Prandtl's factor, with the pitch of the wake that leaves the tip."""
     tip = np.maximum(np.abs(np.tan(flow)) * part, 1e-6)
     exponent = 0.5 * propeller.blades.value * (1.0 - part) / tip
     return 2.0 / math.pi * np.arccos(np.exp(-exponent))
 
 
 def _lift(propeller: Propeller, angle: np.ndarray) -> np.ndarray:
-    """Lift coefficient of the section: a line that bends smoothly into its limits."""
+    """Return the lift coefficient of the section: a line that bends smoothly into its limits."""
     low, high = propeller.lift_limit.value
     line = propeller.lift_slope.value * np.sin(angle)
     limit = np.where(line > 0.0, high, -low)
@@ -91,7 +91,7 @@ def _lift(propeller: Propeller, angle: np.ndarray) -> np.ndarray:
 
 
 def _drag(propeller: Propeller, lift: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Drag coefficient of the section: a parabola over the lift, and the flat plate's where the flow has separated."""
+    """Return the drag coefficient of the section: a parabola over the lift, a flat plate's in separated flow."""
     bucket = propeller.profile_drag.value + propeller.drag_rise.value * (lift - propeller.drag_lift.value) ** 2
     lost = propeller.lift_slope.value * np.sin(angle) - lift
     return bucket + np.abs(lost) * np.abs(np.sin(angle))
@@ -99,7 +99,7 @@ def _drag(propeller: Propeller, lift: np.ndarray, angle: np.ndarray) -> np.ndarr
 
 @lru_cache(maxsize=8)
 def tables(propeller: Propeller) -> tuple[np.ndarray, np.ndarray]:
-    """C_T and C_P on the grid of ``ADVANCE`` (rows) and ``PITCH_DEG`` (columns)."""
+    """Return C_T and C_P on the grid of ``ADVANCE`` (rows) and ``PITCH_DEG`` (columns)."""
     grid = np.array([(j, math.radians(angle)) for j in ADVANCE for angle in PITCH_DEG])
     thrust, power = coefficients(propeller, grid[:, 0], grid[:, 1])
     shape = len(ADVANCE), len(PITCH_DEG)
@@ -107,7 +107,7 @@ def tables(propeller: Propeller) -> tuple[np.ndarray, np.ndarray]:
 
 
 def governed_thrust(propeller: Propeller, power_w: float, speed_mps: float, density: float) -> float:
-    """Thrust [N] at the governed speed when the shaft gives a power, from the tables as JSBSim reads them."""
+    """Return the thrust [N] at the governed speed for a shaft power, from the tables as JSBSim reads them."""
     turns, size = propeller.speed.value / (2.0 * math.pi), propeller.diameter.value
     thrust, power = tables(propeller)
     at = speed_mps / (turns * size)

@@ -1,4 +1,4 @@
-"""How fast an aircraft's rotation dies away, and what follows: JSBSim's integrators and the rate of the log."""
+"""JSBSim's integrators and the rate of the log, by the damping of an aircraft's rotation."""
 
 import math
 
@@ -13,13 +13,13 @@ INTEGRATORS = {"rate/rotational": 4, "position/rotational": 7, "rate/translation
 
 JSBSim's defaults for rotation are Euler's rule, which is wrong by degrees after half a minute of tumbling
 (NESC check case Atmos_02). More than third order does not help either: turbulence changes the moments from step to
-step, and Adams-Bashforth of fifth order for both groups makes of that a zigzag of the attitude that a log below the
-step rate cannot follow, four times larger than with these two.
-A small aircraft, whose rotation is damped within a few steps, bears less order there: see ``integrators_for``.
+step, and Adams-Bashforth of fifth order for both groups turns that into a zigzag of the attitude that a log below the
+step rate cannot resolve, four times larger than with these two.
+A small aircraft, whose rotation is damped within a few steps, needs a lower order: see ``integrators_for``.
 """
 
 ADAMS_BASHFORTH = ((9, 0.163), (5, 0.300), (4, 0.545), (3, 1.000))
-"""JSBSim's number of each Adams-Bashforth scheme, orders 5 to 2, and the largest step times damping that it bears.
+"""JSBSim's number of each Adams-Bashforth scheme, orders 5 to 2, and its largest stable step times damping.
 
 The ends of the intervals of absolute stability are those of Hairer and Wanner, Solving ODE II, V.1: 1, 6/11, 3/10 and
 90/551.
@@ -28,7 +28,7 @@ LOOP_FACTOR = 2.5
 """By how much the autopilot's loops may be faster than the damping of the airframe alone."""
 
 LOG_RATES_HZ = (30, 60, 120, 240)
-"""Of which an aircraft gets the first that is enough for it and divides the step rate."""
+"""An aircraft gets the first of these that is high enough and divides the step rate."""
 ROWS_PER_DECAY = 2.0
 """Rows of the log in the time in which the fastest motion dies away to 1/e.
 
@@ -37,7 +37,7 @@ In turbulence of severity 3 that leaves less than 0.002 degree between the rows 
 
 
 def fastest_decay(facts: Facts) -> float:
-    """Inverse of an airframe's shortest time constant [1/s].
+    """Return the inverse of an airframe's shortest time constant [1/s].
 
     It is that of its roll, ``rho V S b^2 |Cl_p| / (4 Ixx)``, or of its pitch: a few 1/s for a Cessna, 20 1/s for a
     drone of 10 kg. It is taken at the highest speed at sea level, so that an aircraft has one value for all flights.
@@ -50,9 +50,9 @@ def fastest_decay(facts: Facts) -> float:
 
 
 def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
-    """JSBSim's integrators for an aircraft: the rates of rotation by the highest order that is stable.
+    """Return JSBSim's integrators for an aircraft: the rates of rotation by the highest stable order.
 
-    The higher an Adams-Bashforth scheme's order, the less damping it bears in a step.
+    The higher the order of an Adams-Bashforth scheme, the less damping in a step it tolerates.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def integrators_for(facts: Facts, step_hz: int) -> dict[str, int]:
 
 
 def log_rate_hz(facts: Facts | KinematicFacts, step_hz: int) -> int:
-    """Log rate [Hz] that carries an aircraft's attitude in turbulence, up to the step rate."""
+    """Return the log rate [Hz] that resolves an aircraft's attitude in turbulence, up to the step rate."""
     needed = 0.0 if isinstance(facts, KinematicFacts) else ROWS_PER_DECAY * fastest_decay(facts)
     fitting = [rate for rate in LOG_RATES_HZ if step_hz % rate == 0]
     return next((rate for rate in fitting if rate >= needed), fitting[-1])

@@ -7,7 +7,7 @@ from magsim.flight.model.weather import CALM, Weather
 
 
 @dataclass(frozen=True)
-class Setup:
+class PlantSetup:
     """Where and how a plant begins.
 
     Attributes
@@ -23,13 +23,13 @@ class Setup:
     ground_m : float
         Height of the ground above the ellipsoid there.
     weather : Weather
-        What the air does beside its steady wind.
+        Motion of the air beside its steady wind.
     flap_rad : float
         Deflection of the flaps at the start.
     burn : bool
         Whether fuel is burned.
     grid : float
-        What of the longitude is added to headings, see ``magsim.earth.grid``.
+        Part of the longitude that is added to headings, see ``magsim.earth.grid``.
     grid_lon : float [rad]
         Longitude of the start point.
     hook_b : (3,) [m], optional

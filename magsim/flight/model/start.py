@@ -10,19 +10,19 @@ from magsim.aircraft.facts import Facts
 from magsim.flight.model.air_xml import weather_xml
 from magsim.flight.model.engines import settling_time
 from magsim.flight.model.instance import load
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.trim import set_flaps, set_initial_place, trim
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.path.wind import crab_heading, ground_speed
 from magsim.units import FT
 
 
-def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
-    """An instance that flies along its course, trimmed, in wind, with the autopilot on.
+def start(facts: Facts, setup: PlantSetup) -> jsbsim.FGFDMExec:
+    """Start an instance that flies along its course, trimmed, in wind, with the autopilot on.
 
     Trim is found in still air on an instance of its own; the flight begins with the same attitude to the air and with
     the velocity over ground that the wind gives. An engine that has to run up first does so on the way to the start:
-    the instance begins that much earlier on its course, and what it flies until then is thrown away.
+    the instance begins that much earlier on its course, and the flight until then is discarded.
     """
     trimmed = trim(facts, setup)
     settling_s = settling_time(facts.engine)
@@ -65,16 +65,16 @@ def start(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     return fdm
 
 
-def _earlier(setup: Setup, time_s: float) -> Setup:
-    """The same start a time earlier on its course, which is another one there where the meridians converge."""
+def _earlier(setup: PlantSetup, time_s: float) -> PlantSetup:
+    """Move the start a time back on its course, which differs there because the meridians converge."""
     distance = time_s * ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps)
     plane = LocalPlane(setup.lat_rad, setup.lon_rad, setup.alt_m)
     lat, lon = plane.geodetic(-distance * math.cos(setup.course), -distance * math.sin(setup.course))
     return replace(setup, lat_rad=lat, lon_rad=lon, course=setup.course - plane.north_at(lat, lon))
 
 
-def bare_steps(facts: Facts, setup: Setup, steps: int) -> float:
-    """Step a plant and do nothing else; returns the last height [m], so that the work has a result."""
+def bare_steps(facts: Facts, setup: PlantSetup, steps: int) -> float:
+    """Step a plant and do nothing else; return the last height [m], so that the work has a result."""
     fdm = start(facts, setup)
     run = fdm.run
     for _ in range(steps):

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import jsbsim
 
-from magsim.aircraft.facts import Facts, TurbopropEngine
+from magsim.aircraft.engine import TurbopropEngine
+from magsim.aircraft.facts import Facts
 from magsim.errors import RequestError
 from magsim.flight.model.aero import flap_lift
 from magsim.flight.model.engines import lever_of
 from magsim.flight.model.instance import load
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.units import FT, LBF, SLUG_FT3
 
 
@@ -24,8 +25,8 @@ class Trim:
     commands: Mapping[str, float]
 
 
-def trimmed_twin(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
-    """The twin with direct thrust, trimmed for straight and level flight in still air by JSBSim's full trim.
+def trimmed_twin(facts: Facts, setup: PlantSetup) -> jsbsim.FGFDMExec:
+    """Return the twin with direct thrust, trimmed for straight and level flight in still air by JSBSim's full trim.
 
     Raises
     ------
@@ -52,8 +53,8 @@ def trimmed_twin(facts: Facts, setup: Setup) -> jsbsim.FGFDMExec:
     return fdm
 
 
-def trim(facts: Facts, setup: Setup) -> Trim:
-    """Attitude and commands of straight and level flight; raises as ``trimmed_twin`` does."""
+def trim(facts: Facts, setup: PlantSetup) -> Trim:
+    """Return attitude and commands of straight and level flight; raise as ``trimmed_twin`` does."""
     fdm = trimmed_twin(facts, setup)
     names = (
         "fcs/throttle-cmd-norm",
@@ -72,7 +73,7 @@ def trim(facts: Facts, setup: Setup) -> Trim:
     return Trim(fdm["attitude/theta-rad"], fdm["attitude/phi-rad"], commands)
 
 
-def set_initial_place(fdm: jsbsim.FGFDMExec, setup: Setup) -> None:
+def set_initial_place(fdm: jsbsim.FGFDMExec, setup: PlantSetup) -> None:
     """Set the initial place and the ground below it."""
     fdm["ic/terrain-elevation-ft"] = setup.ground_m / FT
     fdm["ic/lat-geod-deg"] = math.degrees(setup.lat_rad)
@@ -81,7 +82,7 @@ def set_initial_place(fdm: jsbsim.FGFDMExec, setup: Setup) -> None:
 
 
 def set_flaps(fdm: jsbsim.FGFDMExec, facts: Facts, flap_rad: float) -> None:
-    """Flaps at rest at a deflection, with their lift a part of the trim."""
+    """Set the flaps at rest at a deflection, with their lift a part of the trim."""
     fdm["fcs/flap-pos-rad"] = flap_rad
     fdm["ap/flap-rad"] = flap_rad
     fdm["ap/flap-lift-norm"] = flap_lift(facts, flap_rad)

@@ -1,4 +1,4 @@
-"""Wind that changes with height, gusts and turbulence: what the air does beside its steady wind."""
+"""Motion of the air beside its steady wind: shear, gusts and turbulence."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ SEVERITY_WIND_MPS = {0: 0.0, 1: 7.7, 2: 7.7, 3: 7.7, 4: 15.4, 5: 15.4, 6: 23.2, 
 
 @dataclass(frozen=True)
 class Weather:
-    """What the air does beside its steady wind.
+    """Motion of the air beside its steady wind.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Weather:
     seed : int
         Of the turbulence.
     wind_20ft_mps : float, optional
-        What turbulence near the ground depends on; None takes it from the severity.
+        Wind that sets the turbulence near the ground; None takes it from the severity.
     """
 
     shear: LinearShear | LogShear | None = None
@@ -47,7 +47,7 @@ class Weather:
 
     @cached_property
     def slots(self) -> tuple[tuple[Gust, ...], ...]:
-        """Gusts of each generator, in time order; two of one generator never overlap, nor touch within a second."""
+        """Gusts of each generator, in time order; two of one generator are at least a second apart."""
         slots: list[list[Gust]] = []
         for gust in sorted(self.gusts, key=lambda gust: gust.at_s):
             free = (slot for slot in slots if slot[-1].at_s + slot[-1].duration_s + 1.0 <= gust.at_s)
@@ -64,7 +64,7 @@ class Weather:
         return tuple(gust_property(slot, name) for slot in range(len(self.slots)) for name in GUST_INPUTS)
 
     def turbulence_properties(self) -> dict[str, float]:
-        """Settings of JSBSim's turbulence, in the order in which they are to be written."""
+        """Return the settings of JSBSim's turbulence, in the order in which they must be written."""
         if not self.severity:
             return {}
         wind = SEVERITY_WIND_MPS[self.severity] if self.wind_20ft_mps is None else self.wind_20ft_mps
@@ -88,7 +88,7 @@ def gust_property(slot: int, name: str) -> str:
 
 
 def drawn_gusts(air: Air, seed: int, last_s: float) -> tuple[Gust, ...]:
-    """The gusts of a scenario: those that it names, and those that it draws, up to a time from the first row.
+    """Return the gusts of a scenario, listed and random ones, up to a time from the first row.
 
     Parameters
     ----------
@@ -110,14 +110,14 @@ def drawn_gusts(air: Air, seed: int, last_s: float) -> tuple[Gust, ...]:
         down, turn = float(rng.uniform(-1.0, 1.0)), float(rng.uniform(0.0, 2.0 * math.pi))
         if time > last_s:
             return tuple(gusts)
-        # Even over the sphere: the height of a point is even between the poles (Archimedes).
+        # Uniform over the sphere: the height of a point is uniform between the poles (Archimedes).
         level = speed * math.sqrt(1.0 - down * down)
         wind = {"north_mps": level * math.cos(turn), "east_mps": level * math.sin(turn), "down_mps": speed * down}
         gusts.append(Gust(at_s=time, duration_s=duration, **wind))
 
 
 def weather_of(air: Air, seed: int, reference_m: float, last_s: float) -> Weather:
-    """The weather of a scenario.
+    """Return the weather of a scenario.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def weather_of(air: Air, seed: int, reference_m: float, last_s: float) -> Weathe
     seed : int
         The scenario's.
     reference_m : float
-        Where the steady wind holds, as ``Weather`` counts it.
+        Where the steady wind holds, as in ``Weather``.
     last_s : float
         No gust is drawn that begins later.
     """

@@ -1,8 +1,8 @@
-"""The shortest way from one place and course to another: a turn, a straight, a turn.
+"""The shortest path from one point and course to another: a turn, a straight, a turn.
 
 Dubins' paths of the kind turn-straight-turn, after a straight where that is shorter, with turns whose curvature is
 eased in and out. The first turn's angle is the one unknown: the straight's direction follows from it, the second turn's
-angle from that, and what is left across the straight must vanish.
+angle from that, and the offset across the straight must vanish.
 """
 
 import math
@@ -11,7 +11,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 from magsim.errors import RequestError
-from magsim.flight.path.elements import Arc, Element, Label, Place, Straight, turn_shape
+from magsim.flight.path.elements import Arc, Element, PathLabel, PathPoint, Straight, turn_shape
 
 _NODES = 64
 """Intervals of Simpson's rule over the part of a turn in which the curvature rises: exact to a micrometer."""
@@ -19,25 +19,25 @@ _NODES = 64
 _STEPS = 180
 _FULL = 2.0 * math.pi
 
-Way = tuple[float, int, float, float, int, float]
+DubinsPath = tuple[float, int, float, float, int, float]
 """Length [m]; side and angle of the first turn; length of the straight; side and angle of the second turn."""
 
 
-def connect(start: Place, stop: Place, radius_m: float, ease_m: float, label: Label) -> tuple[Element, ...]:
-    """Elements from one place and course to another.
+def connect(start: PathPoint, stop: PathPoint, radius_m: float, ease_m: float, label: PathLabel) -> tuple[Element, ...]:
+    """Connect one point and course to another.
 
     Parameters
     ----------
-    start, stop : Place
+    start, stop : PathPoint
     radius_m, ease_m : float
         Least radius of the turns, and the length over which their curvature rises.
-    label : Label
+    label : PathLabel
         Of every element.
 
     Raises
     ------
     RequestError
-        If there is no such way; with straights of any length there always is one.
+        If there is no such path; with straights of any length one always exists.
     """
     north, east = stop.north_m - start.north_m, stop.east_m - start.east_m
     cos, sin = math.cos(start.course), math.sin(start.course)
@@ -68,26 +68,28 @@ def connect(start: Place, stop: Place, radius_m: float, ease_m: float, label: La
 
 
 @lru_cache(maxsize=256)
-def _shortest(ahead: float, right: float, turned: float, radius_m: float, ease_m: float) -> tuple[float, Way] | None:
-    """The shortest way and the straight that is flown on before it.
+def _shortest(
+    ahead: float, right: float, turned: float, radius_m: float, ease_m: float
+) -> tuple[float, DubinsPath] | None:
+    """Find the shortest path and the straight that is flown before it.
 
-    Back to where one comes from, it is shorter to fly on a little, turn off and come round.
+    To fly back in the opposite direction it is shorter to fly on a little, turn off and come round.
     """
     found = [
         (lead + way[0], lead, way)
         for lead in (0.5 * radius_m * i for i in range(7))
-        for way in _ways(ahead - lead, right, turned, radius_m, ease_m)
+        for way in _paths(ahead - lead, right, turned, radius_m, ease_m)
     ]
     return min(found)[1:] if found else None
 
 
 def _radius(radius_m: float, ease_m: float, angle: float) -> float:
-    """Radius of a turn: small turns are flown with less bank, so that their curvature can rise in time."""
+    """Return the radius of a turn: small turns have less bank, so that their curvature can rise in time."""
     return max(radius_m, ease_m / (0.8 * angle))
 
 
 def displacement(radius_m: float, ease_m: float, angle: float) -> tuple[float, float, float]:
-    """Forward and right [m] over a turn to the right, and its length [m]."""
+    """Return forward and right [m] over a turn to the right, and its length [m]."""
     if angle <= 0.0:
         return 0.0, 0.0, 0.0
     radius = _radius(radius_m, ease_m, angle)
@@ -104,7 +106,7 @@ def displacement(radius_m: float, ease_m: float, angle: float) -> tuple[float, f
 
 @lru_cache(maxsize=4096)
 def _rise(radius_m: float, ease_m: float) -> tuple[float, float]:
-    """Forward and right [m] while the curvature rises to 1/R."""
+    """Return forward and right [m] while the curvature rises to 1/R."""
     forward = right = 0.0
     for node in range(_NODES + 1):
         x = node / _NODES
@@ -116,18 +118,18 @@ def _rise(radius_m: float, ease_m: float) -> tuple[float, float]:
 
 
 def _turn(forward: float, right: float, angle: float) -> tuple[float, float]:
-    """A vector turned to the right."""
+    """Turn a vector to the right."""
     cos, sin = math.cos(angle), math.sin(angle)
     return forward * cos - right * sin, forward * sin + right * cos
 
 
-def _ways(ahead: float, right: float, turned: float, radius_m: float, ease_m: float) -> Iterator[Way]:
-    """Every way to a point ahead and right, with the course there turned to the right."""
+def _paths(ahead: float, right: float, turned: float, radius_m: float, ease_m: float) -> Iterator[DubinsPath]:
+    """Yield every path to a point ahead and right, with the course there turned to the right."""
     for side in (1, -1):
         for other in (1, -1):
 
             def rest(angle: float, side: int = side, other: int = other) -> tuple[float, float, float, float]:
-                """Across and along what is left for the straight; angle of the second turn; length of both turns."""
+                """Return offsets across and along the straight, angle of the second turn, length of both turns."""
                 course = side * angle
                 second = (other * (turned - course)) % _FULL
                 if second > _FULL - 1e-9:
@@ -145,7 +147,7 @@ def _ways(ahead: float, right: float, turned: float, radius_m: float, ease_m: fl
 
             angles = [0.0, *((i + 0.5) * _FULL / _STEPS for i in range(_STEPS))]
             if turned > 1e-9:
-                # Where no second turn is needed its angle jumps by a full turn: look at that one angle itself.
+                # Where no second turn is needed its angle jumps by a full turn: test that angle too.
                 angles.append(turned if side > 0 else _FULL - turned)
                 angles.sort()
             across = [rest(angle)[0] for angle in angles]
@@ -159,7 +161,7 @@ def _ways(ahead: float, right: float, turned: float, radius_m: float, ease_m: fl
 
 
 def _zero(function: Callable[[float], float], low: float, high: float, at_low: float, at_high: float) -> float | None:
-    """A zero between two angles by bisection, or None."""
+    """Find a zero between two angles by bisection, or None."""
     if abs(at_low) < 1e-7:
         return low
     if (at_low > 0.0) == (at_high > 0.0):

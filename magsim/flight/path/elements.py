@@ -1,7 +1,7 @@
 """Elements of a path: straights and turns.
 
-A turn is an arc whose curvature is eased in and out, because a bank cannot be taken up at once; its tangent points lie
-on the straights, so that a leg is straight over its whole length.
+A turn is an arc whose curvature is eased in and out, because a bank cannot be established at once; its tangent points
+lie on the straights, so that a leg is straight over its whole length.
 """
 
 import math
@@ -16,8 +16,8 @@ TABLE_STEP_M = 1.0
 """Spacing of a turn's table: the chord leaves the arc by TABLE_STEP_M^2 / (8 R), 0.1 mm at 1 km."""
 
 
-class Label(NamedTuple):
-    """What an element of a path belongs to."""
+class PathLabel(NamedTuple):
+    """Circuit, leg and part to which an element of a path belongs."""
 
     circuit: int
     leg: int
@@ -28,11 +28,11 @@ class Label(NamedTuple):
     """Whether it leads from one pattern to the next."""
     part: int = 0
     """Which pattern of the flight, from 0."""
-    index: int = 0
+    leg_index: int = 0
     """Number of the leg within its pattern, from 0."""
 
 
-class Place(NamedTuple):
+class PathPoint(NamedTuple):
     """A point of a path with its tangent and curvature (positive to the right)."""
 
     north_m: float
@@ -42,9 +42,9 @@ class Place(NamedTuple):
 
 
 class _Labeled:
-    """What the label of an element says."""
+    """Access to the label of an element."""
 
-    label: Label
+    label: PathLabel
 
     @property
     def circuit(self) -> int:
@@ -71,22 +71,22 @@ class _Labeled:
 class Straight(_Labeled):
     """A straight from a point on a course [rad]."""
 
-    label: Label
-    start: Place
+    label: PathLabel
+    start: PathPoint
     length_m: float
 
     @cached_property
     def _tangent(self) -> tuple[float, float]:
         return math.cos(self.start.course), math.sin(self.start.course)
 
-    def at(self, along_m: float) -> Place:
-        """The point at a distance from the beginning; before it and behind it the straight goes on."""
+    def at(self, along_m: float) -> PathPoint:
+        """Return the point at a distance from the beginning; the straight continues beyond both ends."""
         north, east, course, _ = self.start
         cos, sin = self._tangent
-        return Place(north + along_m * cos, east + along_m * sin, course, 0.0)
+        return PathPoint(north + along_m * cos, east + along_m * sin, course, 0.0)
 
     def curvature(self, along_m: float) -> float:
-        """None."""
+        """Return 0: a straight has no curvature."""
         return 0.0
 
 
@@ -94,8 +94,8 @@ class Straight(_Labeled):
 class Arc(_Labeled):
     """A turn from a point on a course; ``side`` is 1 to the right, -1 to the left."""
 
-    label: Label
-    start: Place
+    label: PathLabel
+    start: PathPoint
     side: int
     shape: "TurnShape"
 
@@ -104,12 +104,12 @@ class Arc(_Labeled):
         """Length along the turn [m]."""
         return self.shape.length_m
 
-    def at(self, along_m: float) -> Place:
-        """The point at a distance from the beginning; outside the turn its tangents go on."""
+    def at(self, along_m: float) -> PathPoint:
+        """Return the point at a distance from the beginning; the tangents continue beyond both ends."""
         forward, right, turned, curvature = self.shape.at(along_m)
         right, turned, curvature = self.side * right, self.side * turned, self.side * curvature
         sin, cos = math.sin(self.start.course), math.cos(self.start.course)
-        return Place(
+        return PathPoint(
             self.start.north_m + forward * cos - right * sin,
             self.start.east_m + forward * sin + right * cos,
             self.start.course + turned,
@@ -117,7 +117,7 @@ class Arc(_Labeled):
         )
 
     def curvature(self, along_m: float) -> float:
-        """Curvature [1/m], positive to the right, at a distance from the beginning."""
+        """Return the curvature [1/m], positive to the right, at a distance from the beginning."""
         return self.side * self.shape.bend(along_m)[1]
 
 
@@ -143,7 +143,7 @@ class TurnShape:
         self.offset_m = self._table[-1][0]
 
     def bend(self, along_m: float) -> tuple[float, float]:
-        """Turned angle [rad] and curvature [1/m] at a distance from the beginning; straight outside."""
+        """Return turned angle [rad] and curvature [1/m] at a distance from the beginning; straight outside."""
         ease, radius, length = self.ease_m, self.radius_m, self.length_m
         if along_m < ease:
             x = max(0.0, along_m / ease)
@@ -154,7 +154,7 @@ class TurnShape:
         return (along_m - 0.5 * ease) / radius, 1.0 / radius
 
     def _integrate(self, count: int) -> list[tuple[float, float]]:
-        """Points along the turn, by Simpson's rule on the tangent."""
+        """Return points along the turn, by Simpson's rule on the tangent."""
         step, forward, right, out = self._step, 0.0, 0.0, [(0.0, 0.0)]
         for i in range(count):
             angles = [self.bend((i + part) * step)[0] for part in (0.0, 0.5, 1.0)]
@@ -164,7 +164,7 @@ class TurnShape:
         return out
 
     def at(self, along_m: float) -> tuple[float, float, float, float]:
-        """Forward [m], right [m], turned angle [rad] and curvature [1/m] at a distance from the beginning."""
+        """Return forward [m], right [m], turned angle [rad] and curvature [1/m] at a distance from the beginning."""
         if along_m <= 0.0:
             return along_m, 0.0, 0.0, 0.0
         if along_m >= self.length_m:
@@ -180,15 +180,15 @@ class TurnShape:
 
 @lru_cache(maxsize=64)
 def turn_shape(radius_m: float, ease_m: float, angle: float = 0.5 * math.pi) -> TurnShape:
-    """A turn, integrated once."""
+    """Return a turn, integrated once."""
     return TurnShape(radius_m, ease_m, angle)
 
 
 def turn_radius(speed_mps: float, bank_deg: float) -> float:
-    """Radius [m] of a level coordinated turn, V^2 / (g tan(bank)), at a speed over ground."""
+    """Return the radius [m] of a level coordinated turn, V^2 / (g tan(bank)), at a speed over ground."""
     return speed_mps**2 / (G0 * math.tan(math.radians(bank_deg)))
 
 
 def length_of(elements: Sequence[Element]) -> float:
-    """Length of a path [m]."""
+    """Return the length of a path [m]."""
     return math.fsum(element.length_m for element in elements)

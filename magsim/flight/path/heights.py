@@ -1,24 +1,25 @@
 """The height plan of a flight that is not level: draped over the ground, or with parts at heights of their own.
 
 The plan of a drape is above the ground by a clearance, no steeper than a slope, and smooth. It is made in three steps
-along the path. The lowest profile that clears the ground and nowhere exceeds the slope is the envelope of ramps that
-rise and fall from every point. A running mean with a raised-cosine window rounds its corners, so that the vertical
-acceleration stays small; a mean of a profile is never steeper than the profile. What the rounding has taken off the
-crests is added everywhere. Level parts of a sequence take part with their height, held from some seconds before their
-first leg to their end. The ramps between lie in the transits: up as late, down as early as can be.
+along the path. The lowest profile that clears the ground and nowhere exceeds the slope is the envelope of the ramps
+through every point. A running mean with a raised-cosine window rounds its corners, so that the vertical
+acceleration stays small; a mean of a profile is never steeper than the profile. The height that the rounding removes
+from the crests is added everywhere. Level parts of a sequence take part with their height, held from some seconds
+before their first leg to their end. The ramps between them are in the transits: up as late, down as early as possible.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from magsim.errors import RequestError
 from magsim.flight.path.elements import Element
 from magsim.flight.path.plane import LocalPlane
-from magsim.scenario import PatternBase
+from magsim.scenario import LegPattern, SurveyPattern
 from magsim.terrain import Ground, TangentPlane
 from magsim.units import G0
 
@@ -35,7 +36,7 @@ SETTLE_S = 15.0
 
 
 HIGH_M = 5.0
-"""A draped part may be planned so much above its own plan for the sake of a transit's rounding."""
+"""A draped part may be planned so much above its own plan because of a transit's rounding."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class HeightPlan:
     ground_m : (n,)
         The ground below.
     rounding_m : float
-        What the rounding of crests has added everywhere.
+        Height that was added everywhere for the rounding of crests.
     """
 
     first_m: float
@@ -61,10 +62,10 @@ class HeightPlan:
 
     @cached_property
     def _heights(self) -> list[float]:
-        return self.height_m.tolist()  # plain numbers: they are asked for forty times a second
+        return self.height_m.tolist()  # plain numbers: they are read forty times a second
 
     def at(self, along_m: float) -> float:
-        """Planned height [m] at a distance along the path; level beyond the ends."""
+        """Return the planned height [m] at a distance along the path; level beyond the ends."""
         heights = self._heights
         place = min(max((along_m - self.first_m) / STEP_M, 0.0), len(heights) - 1.0)
         index = min(int(place), len(heights) - 2)
@@ -72,17 +73,17 @@ class HeightPlan:
         return low + (place - index) * (high - low)
 
     def slope(self, along_m: float) -> float:
-        """Planned climb for each meter along the path."""
+        """Return the planned climb for each meter along the path."""
         return (self.at(along_m + STEP_M) - self.at(along_m - STEP_M)) / (2.0 * STEP_M)
 
 
 def ramps(target_m: np.ndarray, slope: np.ndarray | float, step_m: float) -> np.ndarray:
-    """The lowest profile that is nowhere below a target and nowhere steeper than a slope.
+    """Return the lowest profile that is nowhere below a target and nowhere steeper than a slope.
 
     Parameters
     ----------
     target_m : (n,)
-        Minus infinity where nothing is asked.
+        Minus infinity where there is no target.
     slope : float or (n,)
         At each point, or everywhere.
     step_m : float
@@ -102,7 +103,7 @@ def ramps(target_m: np.ndarray, slope: np.ndarray | float, step_m: float) -> np.
 
 
 def rounded(profile_m: np.ndarray, window_m: float, step_m: float) -> np.ndarray:
-    """Running mean with a raised-cosine window; the ends are continued level."""
+    """Smooth by a running mean with a raised-cosine window; the ends are continued level."""
     half = max(1, round(0.5 * window_m / step_m))
     weights = 1.0 + np.cos(np.pi * np.arange(-half, half + 1) / (half + 1))
     padded = np.pad(profile_m, half, mode="edge")
@@ -113,23 +114,25 @@ def rounded(profile_m: np.ndarray, window_m: float, step_m: float) -> np.ndarray
 
 
 def window_of(slope: float, speed_mps: float) -> float:
-    """Window [m] that keeps the vertical acceleration of a crest between two full ramps at ``VERTICAL_G``.
+    """Return the window [m] that keeps the vertical acceleration of a crest between two full ramps at ``VERTICAL_G``.
 
     The rounded crest bends by twice the slope times the window's peak, which is 2 / window.
     """
     return 4.0 * slope * speed_mps**2 / (VERTICAL_G * G0)
 
 
-def plan_heights(target_m: np.ndarray, slope: float, speed_mps: float, step_m: float) -> tuple[np.ndarray, float]:
-    """Smooth heights that are nowhere below a target, and what the rounding has added to them [m]."""
-    smooth = rounded(ramps(target_m, slope, step_m), window_of(slope, speed_mps), step_m)
+def plan_heights(
+    target_m: np.ndarray, slope: np.ndarray | float, window_m: float, step_m: float
+) -> tuple[np.ndarray, float]:
+    """Return smooth heights that are nowhere below a target, and the height [m] that was added for the rounding."""
+    smooth = rounded(ramps(target_m, slope, step_m), window_m, step_m)
     lift = max(0.0, float(np.max(target_m - smooth)))
     return smooth + lift, lift
 
 
 def plan_path(
     path: Sequence[Element],
-    parts: Sequence[PatternBase],
+    parts: Sequence[LegPattern],
     plane: LocalPlane,
     ground: Ground | None,
     *,
@@ -145,14 +148,14 @@ def plan_path(
     Parameters
     ----------
     path : sequence of Element
-    parts : sequence of PatternBase
+    parts : sequence of LegPattern
         The patterns of the flight, in order.
     plane : LocalPlane
         In which the path lies.
     ground : Ground, optional
         Needed where a part is draped.
     alt_m : float
-        Height of parts that name none.
+        Height of parts that set none.
     climb_mps : float
         Largest climb and descent in the transits.
     speed_mps : float
@@ -186,46 +189,60 @@ def plan_path(
     if ground is not None:
         lat, lon = TangentPlane(plane.lat_rad, plane.lon_rad, plane.alt_m).geodetic(places[:, 0], places[:, 1])
         below = ground.height(lat, lon)
+    drapes = {
+        number: (part.drape_m, part.climb_slope)
+        for number, part in enumerate(parts)
+        if isinstance(part, SurveyPattern) and part.drape_m is not None
+    }
     slope = np.full(len(along), climb_mps / speed_mps)
-    for number, part in enumerate(parts):
-        if heights_of[number] is None:
-            slope[(part_of == number) & ~transit] = part.climb_slope
+    for number, (_, climb_slope) in drapes.items():
+        slope[(part_of == number) & ~transit] = climb_slope
     window_m = window_of(float(slope.max()), speed_mps)
-    target, ends, lifts, planned = np.full(len(along), -np.inf), [], [0.0], []
-    for number, part in enumerate(parts):
+    target, rounding_m, planned = np.full(len(along), -np.inf), 0.0, []
+    for number, height_m in enumerate(heights_of):
         rows = np.flatnonzero((part_of == number) & ~transit)
-        if heights_of[number] is None:
+        if number in drapes:
+            clearance_m, _ = drapes[number]
             # The transits on both sides keep clear of the ground too.
             around = transit & ((part_of == number) | (part_of == number - 1))
             around[rows] = True
-            own, lift = _own_plan(np.where(around, below + part.drape_m, -np.inf), slope, window_m)
-            target[around] = np.maximum(target[around], below[around] + part.drape_m + lift)
-            lifts.append(lift)
+            own, lift = plan_heights(np.where(around, below + clearance_m, -np.inf), slope, window_m, STEP_M)
+            target[around] = np.maximum(target[around], below[around] + clearance_m + lift)
+            rounding_m = max(rounding_m, lift)
         else:
-            own = np.full(len(along), heights_of[number])
+            own = np.full(len(along), height_m)
             held = _held(rows, transit, speed_mps, window_m)
             target[held] = np.maximum(target[held], own[held])
-        ends.append((float(own[rows[0]]), float(own[rows[-1]])))
-        planned.append((number, rows, own))
+        planned.append(_PartHeights(rows, own, number in drapes))
     for number in range(1, len(parts)):
         between = transit & (part_of == number - 1)
-        target[between] = np.maximum(target[between], min(ends[number - 1][1], ends[number][0]))
-    room = {"window_m": window_m, "settle_m": SETTLE_S * speed_mps}
-    _check_transits(path, heights_of, ends, slope=climb_mps / speed_mps, **room)
+        target[between] = np.maximum(target[between], min(planned[number - 1].last_m, planned[number].first_m))
+    _check_transits(path, planned, slope=climb_mps / speed_mps, window_m=window_m, settle_m=SETTLE_S * speed_mps)
     heights = rounded(ramps(target, slope, STEP_M), window_m, STEP_M)
-    highest, draped = float(heights.max()), [part.drape_m for part in parts if part.height_m(alt_m) is None]
-    if draped and highest > ceiling_m:
-        msg = (
-            f"pattern.drape_m: {max(draped):g} m above this ground reaches {highest:.0f} m above the ellipsoid; "
-            f"allowed: up to the ceiling of the aircraft, {ceiling_m:g} m"
-        )
-        raise RequestError(msg)
-    _check_parts(heights, planned, heights_of)
-    return HeightPlan(-before_m, heights, below, max(lifts))
+    if drapes:
+        _check_ceiling(float(heights.max()), max(clearance_m for clearance_m, _ in drapes.values()), ceiling_m)
+    _check_parts(heights, planned)
+    return HeightPlan(-before_m, heights, below, rounding_m)
+
+
+class _PartHeights(NamedTuple):
+    """Heights of one part of a flight: its rows along the path, and its own plan at all rows."""
+
+    rows: np.ndarray
+    own_m: np.ndarray
+    draped: bool
+
+    @property
+    def first_m(self) -> float:
+        return float(self.own_m[self.rows[0]])
+
+    @property
+    def last_m(self) -> float:
+        return float(self.own_m[self.rows[-1]])
 
 
 def _places(path: Sequence[Element], along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """North and east (n, 2) at distances along a path, and the element that each lies on."""
+    """Return north and east (n, 2) at distances along a path, and the element of each."""
     places, elements = np.empty((len(along), 2)), np.empty(len(along), dtype=int)
     index, done = 0, 0.0
     for row, distance in enumerate(along.tolist()):
@@ -237,15 +254,8 @@ def _places(path: Sequence[Element], along: np.ndarray) -> tuple[np.ndarray, np.
     return places, elements
 
 
-def _own_plan(target_m: np.ndarray, slope: np.ndarray, window_m: float) -> tuple[np.ndarray, float]:
-    """Smooth heights that are nowhere below a target, and what the rounding has added to them [m]."""
-    smooth = rounded(ramps(target_m, slope, STEP_M), window_m, STEP_M)
-    lift = max(0.0, float(np.max(target_m - smooth)))
-    return smooth + lift, lift
-
-
 def _held(rows: np.ndarray, transit: np.ndarray, speed_mps: float, window_m: float) -> np.ndarray:
-    """Rows at which a level part's height is held: its own, those in which it settles, and room for the rounding."""
+    """Return the rows at which a level part's height is held: its own, settling, and room for the rounding."""
     half = math.ceil(0.5 * window_m / STEP_M) + 1
     first = max(0, rows[0] - half - math.ceil(SETTLE_S * speed_mps / STEP_M))
     held = np.arange(first, min(len(transit), rows[-1] + half + 1))
@@ -254,21 +264,15 @@ def _held(rows: np.ndarray, transit: np.ndarray, speed_mps: float, window_m: flo
 
 
 def _check_transits(
-    path: Sequence[Element],
-    heights_of: Sequence[float | None],
-    ends: Sequence[tuple[float, float]],
-    *,
-    slope: float,
-    window_m: float,
-    settle_m: float,
+    path: Sequence[Element], planned: Sequence[_PartHeights], *, slope: float, window_m: float, settle_m: float
 ) -> None:
-    """Each transit must be long enough for its climb."""
-    for number in range(1, len(ends)):
-        before, after = ends[number - 1][1], ends[number][0]
+    """Check that each transit is long enough for its climb."""
+    for number in range(1, len(planned)):
+        before, after = planned[number - 1].last_m, planned[number].first_m
         if before == after:
             continue
         length = math.fsum(e.length_m for e in path if e.label.transit and e.label.part == number - 1)
-        room = window_m + 4.0 * STEP_M + (settle_m if heights_of[number] is not None else 0.0)
+        room = window_m + 4.0 * STEP_M + (0.0 if planned[number].draped else settle_m)
         needed = abs(after - before) / slope + room
         if length < needed:
             reach = max(0.0, length - room) * slope
@@ -281,15 +285,21 @@ def _check_transits(
             raise RequestError(msg)
 
 
-def _check_parts(
-    heights: np.ndarray,
-    planned: Sequence[tuple[int, np.ndarray, np.ndarray]],
-    heights_of: Sequence[float | None],
-) -> None:
-    """Each part must be flown at its own heights, whatever its neighbors and the ground between them ask."""
-    for number, rows, own in planned:
-        off = float(np.abs(heights[rows] - own[rows]).max())
-        if off > (HIGH_M if heights_of[number] is None else 0.1):
+def _check_ceiling(highest_m: float, clearance_m: float, ceiling_m: float) -> None:
+    """Check that a draped flight stays below the aircraft's ceiling."""
+    if highest_m > ceiling_m:
+        msg = (
+            f"pattern.drape_m: {clearance_m:g} m above this ground reaches {highest_m:.0f} m above the ellipsoid; "
+            f"allowed: up to the ceiling of the aircraft, {ceiling_m:g} m"
+        )
+        raise RequestError(msg)
+
+
+def _check_parts(heights: np.ndarray, planned: Sequence[_PartHeights]) -> None:
+    """Check that each part is planned at its own heights in spite of its neighbors and the ground between."""
+    for number, part in enumerate(planned):
+        off = float(np.abs(heights[part.rows] - part.own_m[part.rows]).max())
+        if off > (HIGH_M if part.draped else 0.1):
             msg = (
                 f"pattern.parts[{number}]: the transits beside it, which must clear the ground by the next drape_m, "
                 f"lead {off:.0f} m off its heights; allowed: a higher alt_m of the level part, or longer transits"

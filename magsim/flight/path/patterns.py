@@ -11,8 +11,8 @@ from magsim.flight.path.dubins import connect
 from magsim.flight.path.elements import (
     Arc,
     Element,
-    Label,
-    Place,
+    PathLabel,
+    PathPoint,
     Straight,
     TurnShape,
     turn_radius,
@@ -21,7 +21,7 @@ from magsim.flight.path.elements import (
 from magsim.scenario import (
     Cloverleaf,
     HeadingCross,
-    PatternBase,
+    LegPattern,
     PatternSequence,
     Square,
     SurveyPattern,
@@ -35,28 +35,28 @@ class _Pen:
 
     Parameters
     ----------
-    start : Place
+    start : PathPoint
     side : int
         1 for turns to the right, -1 to the left.
     shape : TurnShape
         Of quarter turns.
     """
 
-    def __init__(self, start: Place, side: int, shape: TurnShape) -> None:
+    def __init__(self, start: PathPoint, side: int, shape: TurnShape) -> None:
         self.place, self.side, self.shape = start, side, shape
         self.elements: list[Element] = []
 
-    def straight(self, length_m: float, label: Label) -> None:
-        """A straight on the course of the pen."""
+    def straight(self, length_m: float, label: PathLabel) -> None:
+        """Draw a straight on the course of the pen."""
         if length_m > 0.0:
             self._add(Straight(label, self.place, length_m))
 
-    def turn(self, label: Label) -> None:
-        """A quarter turn."""
+    def turn(self, label: PathLabel) -> None:
+        """Draw a quarter turn."""
         self._add(Arc(label, self.place, self.side, self.shape))
 
-    def to(self, place: Place, label: Label) -> None:
-        """The shortest way to another place and course."""
+    def to(self, place: PathPoint, label: PathLabel) -> None:
+        """Draw the shortest path to another point and course."""
         self.elements += connect(self.place, place, self.shape.radius_m, self.shape.ease_m, label)
         self.place = place
 
@@ -66,25 +66,25 @@ class _Pen:
 
 
 def _compass(degrees: float) -> float:
-    """A heading in [0, 360) without the rounding of turned angles."""
+    """Return a heading in [0, 360) without the rounding of turned angles."""
     return round(degrees, 9) % 360.0
 
 
 def path_of(
-    pattern: PatternBase | PatternSequence, heading_deg: float, ground_speed_mps: float, ease_s: float
+    pattern: LegPattern | PatternSequence, heading_deg: float, ground_speed_mps: float, ease_s: float
 ) -> tuple[Element, ...]:
-    """Elements of a pattern, or of a sequence of them, around the plane's origin.
+    """Draw a pattern, or a sequence of them, around the plane's origin.
 
     Parameters
     ----------
-    pattern : PatternBase or PatternSequence
+    pattern : LegPattern or PatternSequence
     heading_deg : float
         Course of the first leg, clockwise from north, of a pattern that sets none itself.
     ground_speed_mps : float
         Largest speed over ground that any course will have: it sets the radius, so that no turn needs more than the
         planned bank.
     ease_s : float
-        Time for a turn's bank to be taken up.
+        Time in which a turn's bank is established.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def path_of(
     for number, part in enumerate(parts_of(pattern)):
         shape = turn_shape(turn_radius(ground_speed_mps, part.bank_deg), ground_speed_mps * ease_s)
         heading = heading_deg if part.heading_deg is None else part.heading_deg
-        label = Label(circuits, 0, False, heading, part=number)
+        label = PathLabel(circuits, 0, False, heading, part=number)
         _check_leaf(part, shape, key_of(pattern, number))
         drawn = _draw(part, heading, shape, label, part.lead_s * ground_speed_mps)
         if elements:
@@ -117,13 +117,13 @@ def path_of(
     return tuple(elements)
 
 
-def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label, lead_m: float) -> list[Element]:
-    """Elements of one pattern; ``base`` counts the circuits that were flown before it.
+def _draw(part: LegPattern, heading_deg: float, shape: TurnShape, base: PathLabel, lead_m: float) -> list[Element]:
+    """Draw one pattern; ``base`` counts the circuits before it.
 
-    ``lead_m`` is what the fastest flight covers in the pattern's lead time.
+    ``lead_m`` is the distance that the fastest flight covers in the pattern's lead time.
     """
     side = 1 if part.turn == "right" else -1
-    origin = Place(part.north_m, part.east_m, math.radians(heading_deg), 0.0)
+    origin = PathPoint(part.north_m, part.east_m, math.radians(heading_deg), 0.0)
     if isinstance(part, Square):
         return _square(part, _Pen(origin, side, shape), base)
     if isinstance(part, Cloverleaf):
@@ -135,10 +135,10 @@ def _draw(part: PatternBase, heading_deg: float, shape: TurnShape, base: Label, 
     return [Straight(base._replace(circuit=base.circuit + 1, leg=1), origin, part.leg_m)]
 
 
-def _square(part: Square, pen: _Pen, base: Label) -> list[Element]:
-    """Square circuits: quarter turns where the sides follow each other, else the shortest way to the next side."""
+def _square(part: Square, pen: _Pen, base: PathLabel) -> list[Element]:
+    """Draw square circuits: quarter turns between adjacent sides, else the shortest path to the next side."""
     first, side = base.heading_deg, pen.side
-    starts: list[Place] = []
+    starts: list[PathPoint] = []
     for _ in range(4):
         starts.append(pen.place)
         pen.straight(part.leg_m, base)
@@ -148,7 +148,7 @@ def _square(part: Square, pen: _Pen, base: Label) -> list[Element]:
         number = part.order[index % 4] - 1
         following = part.order[(index + 1) % 4] - 1
         heading = _compass(first + 90.0 * side * number)
-        label = Label(base.circuit + index // 4 + 1, index % 4 + 1, False, heading, part=base.part, index=index)
+        label = PathLabel(base.circuit + index // 4 + 1, index % 4 + 1, False, heading, part=base.part, leg_index=index)
         pen.straight(part.leg_m, label)
         if following == (number + 1) % 4:
             pen.turn(label._replace(turn=True))
@@ -157,8 +157,8 @@ def _square(part: Square, pen: _Pen, base: Label) -> list[Element]:
     return pen.elements
 
 
-def _check_leaf(part: PatternBase, shape: TurnShape, key: str) -> None:
-    """The turns must fit into the leaves; ``key`` is the pattern's in the scenario."""
+def _check_leaf(part: LegPattern, shape: TurnShape, key: str) -> None:
+    """Check that the turns fit into the leaves; ``key`` is the pattern's in the scenario."""
     if isinstance(part, Cloverleaf) and shape.offset_m > part.leaf_m:
         msg = (
             f"{key}.leaf_m: turns of {part.bank_deg:g} deg bank with a radius of {shape.radius_m:.0f} m over ground "
@@ -168,35 +168,37 @@ def _check_leaf(part: PatternBase, shape: TurnShape, key: str) -> None:
         raise RequestError(msg)
 
 
-def _cloverleaf(part: Cloverleaf, origin: Place, side: int, shape: TurnShape, base: Label) -> list[Element]:
-    """Four passes over the origin, joined by square leaves."""
+def _cloverleaf(part: Cloverleaf, origin: PathPoint, side: int, shape: TurnShape, base: PathLabel) -> list[Element]:
+    """Draw four passes over the origin, joined by square leaves."""
     leaf = part.leaf_m
     pen = _Pen(_before(origin, leaf), side, shape)
     for leg in range(4):
         heading = _compass(base.heading_deg + 270.0 * side * leg)
-        label = Label(base.circuit + 1, leg + 1, False, heading, part=base.part, index=leg)
+        label = PathLabel(base.circuit + 1, leg + 1, False, heading, part=base.part, leg_index=leg)
         pen.straight(2.0 * leaf, label)
         if leg < 3:
             _leaf(pen, leaf - shape.offset_m, label._replace(turn=True))
     return pen.elements
 
 
-def _leaf(pen: _Pen, side_m: float, label: Label) -> None:
-    """Three quarter turns and two straights: from the end of a pass to the beginning of the next."""
+def _leaf(pen: _Pen, side_m: float, label: PathLabel) -> None:
+    """Draw three quarter turns and two straights: from the end of a pass to the beginning of the next."""
     pen.turn(label)
     for _ in range(2):
         pen.straight(side_m, label)
         pen.turn(label)
 
 
-def _cross(part: HeadingCross, origin: Place, side: int, shape: TurnShape, base: Label) -> list[Element]:
-    """Passes over the origin on one heading after another."""
+def _cross(part: HeadingCross, origin: PathPoint, side: int, shape: TurnShape, base: PathLabel) -> list[Element]:
+    """Draw passes over the origin on one heading after another."""
     headings = [_compass(base.heading_deg + side * turned) for turned in part.turned_deg]
     starts = [_before(origin._replace(course=math.radians(heading)), 0.5 * part.leg_m) for heading in headings]
     pen, count = _Pen(starts[0], side, shape), len(headings)
     for index in range(count * part.circuits):
         leg = index % count
-        label = Label(base.circuit + index // count + 1, leg + 1, False, headings[leg], part=base.part, index=index)
+        label = PathLabel(
+            base.circuit + index // count + 1, leg + 1, False, headings[leg], part=base.part, leg_index=index
+        )
         if index:
             last = pen.elements[-1].label
             pen.to(starts[leg], last._replace(turn=True))
@@ -205,14 +207,14 @@ def _cross(part: HeadingCross, origin: Place, side: int, shape: TurnShape, base:
 
 
 def _survey(
-    part: SurveyPattern, origin: Place, side: int, shape: TurnShape, base: Label, *, lead_m: float
+    part: SurveyPattern, origin: PathPoint, side: int, shape: TurnShape, base: PathLabel, *, lead_m: float
 ) -> list[Element]:
-    """Lines to and fro, then tie lines to and fro across them, beginning where the last line ended."""
+    """Draw lines to and fro, then tie lines to and fro across them, beginning where the last line ended."""
 
-    def leg(along_m: float, aside_m: float, turned: float) -> Place:
+    def leg(along_m: float, aside_m: float, turned: float) -> PathPoint:
         sin, cos, aside = math.sin(origin.course), math.cos(origin.course), side * aside_m
         north, east = origin.north_m + along_m * cos - aside * sin, origin.east_m + along_m * sin + aside * cos
-        return Place(north, east, origin.course + side * turned, 0.0)
+        return PathPoint(north, east, origin.course + side * turned, 0.0)
 
     half, width = 0.5 * math.pi, (part.lines - 1) * part.spacing_m
     legs = [
@@ -235,12 +237,12 @@ def _survey(
             if lead_m > 0.0:
                 elements.append(Straight(label, before, lead_m))
         heading = _compass(base.heading_deg + side * turned)
-        label = Label(base.circuit + circuit, i + 1, False, heading, part=base.part, index=index)
+        label = PathLabel(base.circuit + circuit, i + 1, False, heading, part=base.part, leg_index=index)
         elements.append(Straight(label, start, length))
     return elements
 
 
-def _before(place: Place, distance_m: float) -> Place:
-    """The place at a distance before another one, on its course."""
+def _before(place: PathPoint, distance_m: float) -> PathPoint:
+    """Return the point at a distance before another one, on its course."""
     north, east, course, _ = place
-    return Place(north - distance_m * math.cos(course), east - distance_m * math.sin(course), course, 0.0)
+    return PathPoint(north - distance_m * math.cos(course), east - distance_m * math.sin(course), course, 0.0)

@@ -20,11 +20,11 @@ class LocalPlane:
         self._north, self._east, self._down = ([float(v) for v in axis] for axis in rot_ne)
 
     def place(self, lat_rad: float, lon_rad: float) -> tuple[float, float]:
-        """North and east [m] of a place at the plane's height."""
+        """Return north and east [m] of a place at the plane's height."""
         return self.motion(lat_rad, lon_rad, 0.0, 0.0)[:2]
 
     def motion(self, lat_rad: float, lon_rad: float, north: float, east: float) -> tuple[float, float, float, float]:
-        """Place [m] and horizontal velocity [m/s] in the plane from those on the ellipsoid."""
+        """Return position [m] and horizontal velocity [m/s] in the plane from those on the ellipsoid."""
         sl, cl, so, co = math.sin(lat_rad), math.cos(lat_rad), math.sin(lon_rad), math.cos(lon_rad)
         normal = 6378137.0 / math.sqrt(1.0 - 6.69437999014e-3 * sl * sl)
         radius = (normal + self.alt_m) * cl
@@ -41,10 +41,10 @@ class LocalPlane:
         )
 
     def geodetic(self, north_m: float, east_m: float) -> tuple[float, float]:
-        """Latitude and longitude [rad] of a place of the plane, at the plane's height.
+        """Return latitude and longitude [rad] of a place of the plane, at the plane's height.
 
-        The place is where the perpendicular of the plane meets the surface of constant height; each pass moves along
-        it by the height that is missing.
+        The place is the intersection of the plane's perpendicular with the surface of constant height; each iteration
+        moves along the perpendicular by the remaining height error.
         """
         up = [-d for d in self._down]
         above = 0.0
@@ -58,6 +58,6 @@ class LocalPlane:
         return lat, lon
 
     def north_at(self, lat_rad: float, lon_rad: float) -> float:
-        """Direction of local north in the plane [rad], clockwise from the plane's north: none at its origin."""
+        """Return the direction of local north in the plane [rad], clockwise from the plane's north; 0 at its origin."""
         north, east = self.motion(lat_rad, lon_rad, 1.0, 0.0)[2:]
         return math.atan2(east, north)

@@ -4,19 +4,19 @@ import math
 
 
 def ground_speed(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
-    """Speed over ground [m/s] that an airspeed gives along a course [rad] in wind."""
+    """Return the speed over ground [m/s] that an airspeed gives along a course [rad] in wind."""
     along, right = _wind_along(course, wind_mps)
     return along + math.sqrt(max(0.0, speed_mps**2 - right**2))
 
 
 def crab_heading(speed_mps: float, course: float, wind_mps: tuple[float, float]) -> float:
-    """Heading [rad] that keeps a course in wind."""
+    """Return the heading [rad] that keeps a course in wind."""
     _, right = _wind_along(course, wind_mps)
     return course - math.asin(max(-1.0, min(1.0, right / speed_mps)))
 
 
 def _wind_along(course: float, wind_mps: tuple[float, float]) -> tuple[float, float]:
-    """Wind along and to the right of a course [m/s]."""
+    """Return the wind along and to the right of a course [m/s]."""
     north, east = wind_mps
     sin, cos = math.sin(course), math.cos(course)
     return north * cos + east * sin, east * cos - north * sin

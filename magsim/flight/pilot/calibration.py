@@ -1,4 +1,4 @@
-"""What the loops make of a sine, measured once for an aircraft at a speed, a height and a step rate."""
+"""Response of the autopilot loops to a sine, measured once for an aircraft at a speed, a height and a step rate."""
 
 import hashlib
 import math
@@ -13,16 +13,16 @@ from magsim.errors import DataError, RequestError
 from magsim.flight.model.aero import stall_angle
 from magsim.flight.model.airframe import model_files
 from magsim.flight.model.plant import FlightTroubleError
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.trim import trim
-from magsim.flight.path.elements import Label, Place, Straight
+from magsim.flight.path.elements import PathLabel, PathPoint, Straight
 from magsim.flight.path.plane import LocalPlane
-from magsim.flight.pilot.combined import close_joint, drives_from_arrays, drives_to_arrays
+from magsim.flight.pilot.combined import calibrate_maneuver, drives_from_arrays, drives_to_arrays
 from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.measure import measure, middle_of
 from magsim.flight.pilot.pilot import Pilot
 from magsim.flight.pilot.response import BOUNDS, UNITY, LoopResponse
-from magsim.flight.pilot.trains import Joint, Sweep
+from magsim.flight.pilot.trains import ManeuverKey, SineTrain
 from magsim.storage import cached
 from magsim.trajectory import Trajectory
 
@@ -30,19 +30,19 @@ GRID_PERIODS_S = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)
 """Periods at which the loops' response is measured."""
 
 
-def calibration_sweeps(axis: str, amplitude_deg: Sequence[float]) -> list[Sweep]:
-    """Trains of three cycles of each period of the grid on one axis, one after the other."""
+def calibration_trains(axis: str, amplitude_deg: Sequence[float]) -> list[SineTrain]:
+    """Return trains of three cycles of each period of the grid on one axis, one after the other."""
     out, time = [], 20.0
     for period, amplitude in zip(GRID_PERIODS_S, amplitude_deg, strict=True):
         half = 0.5 * period
         time += half
-        out.append(Sweep(axis, 1, 1, time, period, 3, amplitude, half, half))
+        out.append(SineTrain(axis, 1, 1, time, period, 3, amplitude, half, half))
         time += 3.0 * period + half + 10.0
     return out
 
 
 def calibration_amplitude(axis: str, period_s: float, margin_deg: float) -> float:
-    """Amplitude [deg] of a calibration train.
+    """Return the amplitude [deg] of a calibration train.
 
     It is ten degrees. In pitch it is no more than 0.8 of the margin to the stall. With short periods, where large
     swings load lift curve and elevator most, it is up to the load factor of fifteen degrees in five seconds, and up to
@@ -70,26 +70,26 @@ USED_PART = 0.8
 
 
 PROPORTIONAL_DEG, PROPORTIONAL_PART = 20.0, 0.5
-"""Up to this amplitude, and this part of the largest one, the loops answer in proportion."""
+"""Up to this amplitude, and this part of the largest one, the loops respond in proportion."""
 
 
 SLOW_PITCH_S = 10.0
-"""Slower pitch swings take the airspeed with them, and do not answer in proportion either."""
+"""Slower pitch oscillations change the airspeed and do not respond in proportion either."""
 
 
 LOWEST_M = 500.0
 """Lower flights are calibrated here, clear of the ground; the density differs by a twentieth at most."""
 
 
-def loop_response(facts: Facts, axes: Sequence[str], setup: Setup) -> LoopResponse:
-    """Response of the loops on some axes, from the cache where it has been measured before.
+def loop_response(facts: Facts, axes: Sequence[str], setup: PlantSetup) -> LoopResponse:
+    """Return the response of the loops on some axes, from the cache if it was measured before.
 
     Parameters
     ----------
     facts : Facts
     axes : sequence of str
         Which of pitch, roll, yaw.
-    setup : Setup
+    setup : PlantSetup
         Speed, height, flaps and step rate of the flight; its wind and its place do not matter.
 
     Raises
@@ -98,7 +98,8 @@ def loop_response(facts: Facts, axes: Sequence[str], setup: Setup) -> LoopRespon
         If the aircraft cannot fly the calibration's maneuvers there.
     """
     setup = _bare(setup)
-    common, arrays = _key(facts, setup), {}
+    common = _key(facts, setup)
+    arrays: dict[str, np.ndarray] = {}
     for axis in axes:
 
         def make(axis: str = axis) -> dict[str, np.ndarray]:
@@ -108,33 +109,35 @@ def loop_response(facts: Facts, axes: Sequence[str], setup: Setup) -> LoopRespon
     return LoopResponse.from_arrays(arrays)
 
 
-def close_joints(facts: Facts, setup: Setup, response: LoopResponse, joints: Sequence[Joint]) -> LoopResponse:
-    """The same response with what the generators are told in some maneuvers, from the cache if it is there.
+def calibrate_maneuvers(
+    facts: Facts, setup: PlantSetup, response: LoopResponse, maneuvers: Sequence[ManeuverKey]
+) -> LoopResponse:
+    """Add the generator settings of maneuvers with a calibration of their own, from the cache if they are stored.
 
     Raises
     ------
     RequestError
-        If a maneuver cannot be flown as it was asked.
+        If a maneuver cannot be flown as commanded.
     """
     setup = _bare(setup)
     common = _key(facts, setup)
 
-    def flown(sweeps: Sequence[Sweep], response: LoopResponse, stop_s: float) -> Trajectory:
-        return _fly(facts, setup, sweeps, response, stop_s).trajectory(facts.cg_b)
+    def flown(trains: Sequence[SineTrain], response: LoopResponse, stop_s: float) -> Trajectory:
+        return _fly(facts, setup, trains, response, stop_s).trajectory(facts.cg_b)
 
-    closed = {}
-    for joint in joints:
+    drives = {}
+    for maneuver in maneuvers:
 
-        def close(joint: Joint = joint) -> dict[str, np.ndarray]:
-            return drives_to_arrays(close_joint(joint, response, flown))
+        def calibrate(maneuver: ManeuverKey = maneuver) -> dict[str, np.ndarray]:
+            return drives_to_arrays(calibrate_maneuver(maneuver, response, flown))
 
-        closed[joint] = drives_from_arrays(cached("joints", common | {"joint": joint}, close))
-    return replace(response, joints=closed)
+        drives[maneuver] = drives_from_arrays(cached("maneuvers", common | {"maneuver": maneuver}, calibrate))
+    return replace(response, maneuvers=drives)
 
 
-def _bare(setup: Setup) -> Setup:
-    """The same speed, height and flaps over the equator in still air."""
-    return Setup(
+def _bare(setup: PlantSetup) -> PlantSetup:
+    """Return the same speed, height and flaps over the equator in still air."""
+    return PlantSetup(
         lat_rad=0.0,
         lon_rad=0.0,
         alt_m=max(setup.alt_m, LOWEST_M),
@@ -145,8 +148,8 @@ def _bare(setup: Setup) -> Setup:
     )
 
 
-def _key(facts: Facts, setup: Setup) -> dict[str, object]:
-    """What every calibration depends on."""
+def _key(facts: Facts, setup: PlantSetup) -> dict[str, object]:
+    """Return everything that every calibration depends on."""
     return {
         "model": hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest(),
         "jsbsim": str(jsbsim.__version__),
@@ -157,20 +160,20 @@ def _key(facts: Facts, setup: Setup) -> dict[str, object]:
     }
 
 
-def measure_response(facts: Facts, axis: str, setup: Setup) -> LoopResponse:
+def measure_response(facts: Facts, axis: str, setup: PlantSetup) -> LoopResponse:
     """Fly trains of every period of the grid in still air, along a line over the equator, and fit them.
 
-    Twice: small first, which also shows how much of controls and air a degree takes; then as large as that allows,
-    asked for the inverse of what the first flight showed, so that the guidance meets the swings that it will meet
-    later. What the second flight finds is multiplied to the first.
+    There are two flights. The first has small amplitudes and also shows how much control and angle of attack a degree
+    takes. The second is as large as that allows and is commanded by the inverse of the first response, so that the
+    guidance works on the same oscillations as in the flight itself. The two responses are multiplied.
     """
     margin = math.degrees(stall_angle(facts) - STALL_MARGIN - trim(facts, setup).pitch)
     wanted = np.array([calibration_amplitude(axis, period, margin) for period in GRID_PERIODS_S])
     response, amplitude = UNITY, np.minimum(wanted, FIRST_DEG)
     for _ in range(2):
-        sweeps = calibration_sweeps(axis, amplitude.tolist())
-        gain, phase, largest, bound = _flown_over_asked(facts, setup, sweeps, response)
-        before = [response.at(axis, sweep.period_s) for sweep in sweeps]
+        trains = calibration_trains(axis, amplitude.tolist())
+        gain, phase, largest, bound = _flown_over_asked(facts, setup, trains, response)
+        before = [response.at(axis, train.period_s) for train in trains]
         gain *= np.array([g for g, _ in before])
         phase += np.array([p for _, p in before])
         period = np.array(GRID_PERIODS_S)
@@ -180,21 +183,21 @@ def measure_response(facts: Facts, axis: str, setup: Setup) -> LoopResponse:
 
 
 def _flown_over_asked(
-    facts: Facts, setup: Setup, sweeps: list[Sweep], response: LoopResponse
+    facts: Facts, setup: PlantSetup, trains: list[SineTrain], response: LoopResponse
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Ratio of amplitudes, phase [rad], largest amplitude [deg] and its bound for each train of a flight."""
-    stop_s = sweeps[-1].stop_s + sweeps[-1].ease_out_s + 1.0
+    """Return ratio of amplitudes, phase [rad], largest amplitude [deg] and its bound for each train of a flight."""
+    stop_s = trains[-1].stop_s + trains[-1].ease_out_s + 1.0
     try:
-        log = _fly(facts, setup, sweeps, response, stop_s)
+        log = _fly(facts, setup, trains, response, stop_s)
     except FlightTroubleError as error:
         msg = (
-            f"the {sweeps[0].axis} loop could not be calibrated at {setup.speed_mps:g} m/s and {setup.alt_m:g} m: "
+            f"the {trains[0].axis} loop could not be calibrated at {setup.speed_mps:g} m/s and {setup.alt_m:g} m: "
             f"{error}"
         )
         raise DataError(msg) from None
     carrier = log.trajectory(facts.cg_b)
-    measured = [measure(sweep, carrier) for sweep in sweeps]
-    reached = [_reach(facts, log, sweep, flown.flown_deg) for sweep, (flown, _) in zip(sweeps, measured, strict=True)]
+    measured = [measure(train, carrier) for train in trains]
+    reached = [_reach(facts, log, train, flown.flown_deg) for train, (flown, _) in zip(trains, measured, strict=True)]
     return (
         np.array([flown.flown_deg / flown.asked_deg for flown, _ in measured]),
         np.array([phase for _, phase in measured]),
@@ -203,9 +206,9 @@ def _flown_over_asked(
     )
 
 
-def _reach(facts: Facts, log: Log, sweep: Sweep, flown_deg: float) -> tuple[float, int]:
-    """Amplitude [deg] at which a control reaches its stop, or the air its limit, all in proportion; and which."""
-    low, high = middle_of(sweep)
+def _reach(facts: Facts, log: Log, train: SineTrain, flown_deg: float) -> tuple[float, int]:
+    """Return the amplitude [deg] at which, in proportion, a control or the air reaches its limit, and which one."""
+    low, high = middle_of(train)
     rows = (log.time_s >= low - 1e-9) & (log.time_s <= high + 1e-9)
     controls, limits = facts.controls, facts.limits
     ranges = {
@@ -225,47 +228,47 @@ def _reach(facts: Facts, log: Log, sweep: Sweep, flown_deg: float) -> tuple[floa
     return max(largest, 1e-3), number
 
 
-def own_calibration(sweeps: Sequence[Sweep], response: LoopResponse) -> tuple[Joint, ...]:
-    """Maneuvers that need a calibration of their own, each once: combined ones, and swings near what can be flown."""
+def maneuvers_to_calibrate(trains: Sequence[SineTrain], response: LoopResponse) -> tuple[ManeuverKey, ...]:
+    """Select the maneuvers that need their own calibration, each once: combined ones and those near the limits."""
     return tuple(
         dict.fromkeys(
-            sweep.joint
-            for sweep in sweeps
-            if len(sweep.joint) > 1
-            or sweep.amplitude_deg > PROPORTIONAL_DEG
-            or (sweep.axis == "pitch" and sweep.period_s > SLOW_PITCH_S)
-            or sweep.amplitude_deg > PROPORTIONAL_PART * response.largest_at(sweep.axis, sweep.period_s)[0]
+            train.maneuver
+            for train in trains
+            if len(train.maneuver) > 1
+            or train.amplitude_deg > PROPORTIONAL_DEG
+            or (train.axis == "pitch" and train.period_s > SLOW_PITCH_S)
+            or train.amplitude_deg > PROPORTIONAL_PART * response.largest_at(train.axis, train.period_s)[0]
         )
     )
 
 
-def check_reach(sweeps: Sequence[Sweep], response: LoopResponse, facts: Facts, setup: Setup) -> None:
-    """Refuse maneuvers that would need more than controls and lift can give.
+def check_reach(trains: Sequence[SineTrain], response: LoopResponse, facts: Facts, setup: PlantSetup) -> None:
+    """Refuse maneuvers that need more than controls and lift can give.
 
     Raises
     ------
     RequestError
         With the amplitude that is allowed in that period, and the period in which the amplitude is.
     """
-    for sweep in sweeps:
-        largest, bound = response.largest_at(sweep.axis, sweep.period_s)
-        if sweep.amplitude_deg <= largest:
+    for train in trains:
+        largest, bound = response.largest_at(train.axis, train.period_s)
+        if train.amplitude_deg <= largest:
             continue
-        period_s = response.nearest_s(sweep.axis, sweep.amplitude_deg, sweep.period_s)
+        period_s = response.nearest_s(train.axis, train.amplitude_deg, train.period_s)
         other = "" if period_s is None else f", or a period of {period_s:g} s"
         why = {"alpha": "goes beyond the stall", "beta": "goes beyond the sideslip of the flight model"}
         msg = (
-            f"pattern.maneuvers: {sweep.amplitude_deg:g} deg of {sweep.axis} in {sweep.period_s:g} s (leg {sweep.leg} "
-            f"of circuit {sweep.circuit}) {why.get(bound, f'needs more {bound} than there is')} at "
+            f"pattern.maneuvers: {train.amplitude_deg:g} deg of {train.axis} in {train.period_s:g} s (leg {train.leg} "
+            f"of circuit {train.circuit}) {why.get(bound, f'needs more {bound} than available')} at "
             f"{setup.speed_mps:g} m/s and {setup.alt_m:g} m; allowed for {facts.title}: up to "
             f"{math.floor(10.0 * largest) / 10.0:g} deg in that period{other}"
         )
         raise RequestError(msg)
 
 
-def _fly(facts: Facts, setup: Setup, sweeps: Sequence[Sweep], response: LoopResponse, stop_s: float) -> Log:
+def _fly(facts: Facts, setup: PlantSetup, trains: Sequence[SineTrain], response: LoopResponse, stop_s: float) -> Log:
     """Fly trains along a line over the equator."""
-    line = Straight(Label(1, 1, False, 0.0), Place(0.0, 0.0, 0.0, 0.0), 1.0e7)
+    line = Straight(PathLabel(1, 1, False, 0.0), PathPoint(0.0, 0.0, 0.0, 0.0), 1.0e7)
     plane = LocalPlane(0.0, 0.0, setup.alt_m)
     pilot = Pilot(
         facts,
@@ -275,6 +278,6 @@ def _fly(facts: Facts, setup: Setup, sweeps: Sequence[Sweep], response: LoopResp
         along_m=0.0,
         log_hz=LOG_HZ,
         response=(response,),
-        sweeps=sweeps,
+        trains=trains,
     )
     return pilot.fly(lambda p: p.plant.time_s >= stop_s)

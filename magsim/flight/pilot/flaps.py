@@ -1,4 +1,4 @@
-"""The hand on the flap lever, and what the motor made of it."""
+"""The schedule of the flap lever, and the runs of the flap motor that follow."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from magsim.scenario import FlapMove
 
 
 def check_legs(moves: Sequence[FlapMove], path: Sequence[Element], expected_s: float) -> None:
-    """Every move must have its moment.
+    """Check that every move has its moment.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ def check_legs(moves: Sequence[FlapMove], path: Sequence[Element], expected_s: f
             raise RequestError(msg)
 
 
-class FlapHand:
-    """Sets the flap lever when the moment has come.
+class FlapSchedule:
+    """Settings of the flap lever in time.
 
     Parameters
     ----------
@@ -53,19 +53,19 @@ class FlapHand:
         self.made: set[int] = set()
 
     def begin(self, zero_s: float) -> None:
-        """Name the time of the first row on the plant's clock."""
+        """Set the time of the first row on the plant's clock."""
         self._due += [(move.at_s + zero_s, i) for i, move in enumerate(self._moves) if move.at_s is not None]
         self._due.sort()
 
     def entered(self, circuit: int, leg: int, time_s: float) -> None:
-        """Name a leg that has been entered, and when."""
+        """Record a leg that has been entered, and when."""
         for i, move in enumerate(self._moves):
             if (move.circuit, move.leg) == (circuit, leg):
                 self._due.append((time_s + move.after_s, i))
         self._due.sort()
 
     def setting(self, time_s: float) -> float | None:
-        """The lever's new setting [rad] if it is to be moved by a time, else None."""
+        """Return the lever's new setting [rad] if it is to be moved by a time, else None."""
         due, found = self._due, None
         while due and due[0][0] <= time_s:
             found = due.pop(0)[1]
@@ -73,7 +73,7 @@ class FlapHand:
         return None if found is None else math.radians(self._moves[found].deflection_deg)
 
     def check(self) -> None:
-        """Every move must have been made.
+        """Check that every move has been made.
 
         Raises
         ------
@@ -93,7 +93,7 @@ def moving(flap_rad: np.ndarray) -> np.ndarray:
 
 
 def runs_of(time_s: np.ndarray, flap_rad: np.ndarray) -> list[dict[str, float]]:
-    """Each run of the flap motor: times from the first row [s] and the deflections it leads from and to [deg]."""
+    """Return each run of the flap motor: times from the first row [s], first and last deflection [deg]."""
     on = moving(flap_rad)
     edges = np.flatnonzero(np.diff(np.concatenate([[0.0], on, [0.0]])))
     edges = np.minimum(edges, len(time_s) - 1).tolist()

@@ -1,9 +1,8 @@
 """Following a path ten times a second: place, course and curvature to heading and bank.
 
-The course error is added to the heading, so the aircraft crabs into the wind by itself; turns are led by the bank that
-the path's curvature needs, one delay ahead. While a roll train swings the course, the swing that a coordinated turn
-would give is taken out of the errors, so that the guidance works on the rest alone; while a yaw train swings the nose,
-its mean heading is held.
+The course error is added to the heading, so the aircraft crabs into the wind. The bank that the path's curvature
+needs is commanded one delay ahead. During a roll train, the change of course that a coordinated turn would give is
+subtracted from the errors, so that the guidance corrects the rest alone; during a yaw train the mean heading is held.
 """
 
 import math
@@ -14,7 +13,7 @@ from magsim.aircraft.facts import Facts
 from magsim.flight.model.aero import derivatives
 from magsim.flight.path.elements import Element
 from magsim.flight.path.wind import crab_heading
-from magsim.flight.pilot.trains import Sweep
+from magsim.flight.pilot.trains import SineTrain
 from magsim.units import G0
 
 TICK_HZ = 10
@@ -38,12 +37,13 @@ FADE_S = 3.0
 class Crossing(NamedTuple):
     """The moment at which an element of the path was entered."""
 
-    index: int
+    element: int
+    """Its index in the path."""
     time_s: float
 
 
-class Motion(NamedTuple):
-    """Place and velocity in the plane, heading, airspeed and sink rate."""
+class GuidanceInput(NamedTuple):
+    """Position and velocity in the plane, heading, airspeed and sink rate."""
 
     north_m: float
     east_m: float
@@ -54,8 +54,8 @@ class Motion(NamedTuple):
     v_down: float = 0.0
 
 
-class Order(NamedTuple):
-    """What the autopilot is told; ``hold_heading`` is the share of the heading loop, 0 to 1."""
+class SetPoints(NamedTuple):
+    """Set points of the autopilot; ``hold_heading`` is the share of the heading loop, 0 to 1."""
 
     heading: float
     bank: float
@@ -65,24 +65,24 @@ class Order(NamedTuple):
 
 
 def wrap(angle: float) -> float:
-    """An angle [rad] in [-pi, pi)."""
+    """Wrap an angle [rad] to [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 def _smooth(part: float) -> float:
-    """Cubic step from 0 to 1."""
+    """Return the cubic step from 0 to 1."""
     return part * part * (3.0 - 2.0 * part)
 
 
 def _weathercock(facts: Facts) -> float:
-    """Error of the heading that holds the nose by the rudder, over the sideslip that turns it."""
+    """Return the heading error that the rudder holds, over the sideslip that causes it."""
     gains, effect = facts.autopilot, derivatives(facts)
     rudder = max(-facts.controls.rudder.travel.value[0], facts.controls.rudder.travel.value[1])
     return -effect.yaw_beta / (effect.yaw_rudder * rudder * gains.yaw_rate.value * gains.yaw.value)
 
 
 class Guidance:
-    """Keeps the place along a path and steers to it.
+    """Keeps track of the position along a path and steers to it.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Guidance:
         self._most_bank = most_bank
         self._hold, self._quiet, self._quiet_bank = 1.0, 0.0, 0.0
         self._wind = (0.0, 0.0)
-        self._swing_course, self._swing_off_m = 0.0, 0.0
+        self._roll_course, self._roll_off_m = 0.0, 0.0
         self._off_m = self._v_down = 0.0
         self._place = path[0].at(along_m)
         self.index = 0
@@ -120,53 +120,53 @@ class Guidance:
         """Distance from the path at the last tick, positive to the right [m]."""
         return self._off_m
 
-    def step(self, time_s: float, motion: Motion, sweeps: Sequence[Sweep]) -> Order:
+    def step(self, time_s: float, motion: GuidanceInput, trains: Sequence[SineTrain]) -> SetPoints:
         """Steer for the next tick.
 
         Parameters
         ----------
         time_s : float
-        motion : Motion
-        sweeps : sequence of Sweep
-            Trains whose generators are at work now.
+        motion : GuidanceInput
+        trains : sequence of SineTrain
+            Trains whose generators are active.
         """
         speed = math.hypot(motion.v_north, motion.v_east)
         self._advance(time_s, motion, speed)
-        place, axes = self._place, {sweep.axis for sweep in sweeps}
+        place, axes = self._place, {train.axis for train in trains}
         rising, self._v_down = (self._v_down - motion.v_down) * TICK_HZ, motion.v_down
         lifted = G0 + rising if "pitch" in axes else G0
-        self._swing(time_s, speed, [sweep for sweep in sweeps if sweep.axis == "roll"], lifted)
+        self._follow_roll(time_s, speed, [train for train in trains if train.axis == "roll"], lifted)
         gain = self._course_gain
         if "roll" in axes:
-            slowest = min(sweep.omega for sweep in sweeps if sweep.axis == "roll")
+            slowest = min(train.omega for train in trains if train.axis == "roll")
             gain = min(QUIET_GAIN * gain, QUIET_OMEGA * slowest)
         error = self._course_error(place.course, speed, motion, self._line_s * self._course_gain / gain)
         lead, hold_height = self._lead_bank(speed, motion), "pitch" not in axes
         self._fade(axes)
         if "roll" in axes:
-            self._quiet_bank = gain * motion.airspeed / G0 * (error + self._swing_course)
+            self._quiet_bank = gain * motion.airspeed / G0 * (error + self._roll_course)
         bank, share = lead + _smooth(self._quiet) * self._quiet_bank, _smooth(self._hold)
         if "yaw" in axes:
             if self._held is None:
                 # The course that comes back to the line by the end of the trains.
-                lasts_s = max(sweep.stop_s + sweep.ease_out_s for sweep in sweeps) - time_s
+                lasts_s = max(train.stop_s + train.ease_out_s for train in trains) - time_s
                 error = self._course_error(place.course, speed, motion, max(self._line_s, lasts_s))
                 course = math.atan2(motion.v_east, motion.v_north) + error
                 self._held, self._held_course = crab_heading(motion.airspeed, course, self._wind), course
             heading = self._held
             if "roll" in axes:
-                # The rolled lift swings the course, slowly too where pitch swings it; the nose must not follow.
+                # The banked lift changes the course, slowly too under a pitch train; the heading must not follow.
                 turned = wrap(math.atan2(motion.v_east, motion.v_north) - self._held_course)
                 heading -= self._weathercock * turned
-            return Order(heading % (2.0 * math.pi), bank, share, True, hold_height)
+            return SetPoints(heading % (2.0 * math.pi), bank, share, True, hold_height)
         self._held = None
         if not axes:
-            self._feel_wind(motion)
+            self._estimate_wind(motion)
         # The set point stands still for a tick while the heading turns: give it the turn of half a tick.
         ahead = 0.5 / TICK_HZ * speed * place.curvature
         most = max(LEAST_BANK, self._most_bank - abs(lead)) * G0 / (self._course_gain * motion.airspeed)
         error = max(-most, min(most, error))
-        return Order((motion.heading + error + ahead) % (2.0 * math.pi), bank, share, False, hold_height)
+        return SetPoints((motion.heading + error + ahead) % (2.0 * math.pi), bank, share, False, hold_height)
 
     def _fade(self, axes: set[str]) -> None:
         """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
@@ -177,30 +177,30 @@ class Guidance:
         self._hold = min(1.0, self._hold + step) if hold else max(0.0, self._hold - step)
         self._quiet = min(1.0, self._quiet + step) if quiet else max(0.0, self._quiet - step)
 
-    def _feel_wind(self, motion: Motion) -> None:
-        """Wind as the difference of motion over ground and through the air, smoothed; only while nothing swings."""
+    def _estimate_wind(self, motion: GuidanceInput) -> None:
+        """Estimate the wind as the smoothed difference of ground and air velocity; not during maneuvers."""
         heading = motion.heading
         north = motion.v_north - motion.airspeed * math.cos(heading)
         east = motion.v_east - motion.airspeed * math.sin(heading)
         part = 1.0 / (WIND_S * TICK_HZ)
         self._wind = self._wind[0] + part * (north - self._wind[0]), self._wind[1] + part * (east - self._wind[1])
 
-    def _swing(self, time_s: float, speed: float, sweeps: Sequence[Sweep], lifted: float) -> None:
-        """Course and distance from the path that a roll train makes: turn rate g tan(bank) / V, integrated.
+    def _follow_roll(self, time_s: float, speed: float, trains: Sequence[SineTrain], lifted: float) -> None:
+        """Integrate course and distance from the path that a roll train causes: turn rate g tan(bank) / V.
 
-        ``lifted`` is what the lift holds up: g, and with it the vertical acceleration where pitch swings as well.
+        ``lifted`` is the acceleration that the lift supports: g, plus the vertical acceleration of a pitch train.
         """
-        if not sweeps:
-            self._swing_course, self._swing_off_m = 0.0, 0.0
+        if not trains:
+            self._roll_course, self._roll_off_m = 0.0, 0.0
             return
         step_s = 1.0 / TICK_HZ
-        bank = math.fsum(sweep.angle(time_s - 0.5 * step_s) for sweep in sweeps)
-        before = self._swing_course
-        self._swing_course += step_s * lifted * math.tan(bank) / speed
-        self._swing_off_m += step_s * speed * math.sin(0.5 * (before + self._swing_course))
+        bank = math.fsum(train.angle(time_s - 0.5 * step_s) for train in trains)
+        before = self._roll_course
+        self._roll_course += step_s * lifted * math.tan(bank) / speed
+        self._roll_off_m += step_s * speed * math.sin(0.5 * (before + self._roll_course))
 
-    def _advance(self, time_s: float, motion: Motion, speed: float) -> None:
-        """Move along the path to the foot of the aircraft; note elements that were entered."""
+    def _advance(self, time_s: float, motion: GuidanceInput, speed: float) -> None:
+        """Move along the path to the foot of the aircraft; record the elements that were entered."""
         self.along_m += speed / TICK_HZ
         while True:
             element = self._path[self.index]
@@ -225,14 +225,14 @@ class Guidance:
             self.index += 1
             self.crossings.append(Crossing(self.index, crossed_s))
 
-    def _course_error(self, course: float, speed: float, motion: Motion, line_s: float) -> float:
-        """Turn to the course [rad] that closes the distance from the path in a time."""
-        back = math.atan((self._off_m - self._swing_off_m) / (speed * line_s))
+    def _course_error(self, course: float, speed: float, motion: GuidanceInput, line_s: float) -> float:
+        """Return the turn [rad] to the course that closes the distance from the path in a time."""
+        back = math.atan((self._off_m - self._roll_off_m) / (speed * line_s))
         wanted = course - max(-self._intercept, min(self._intercept, back))
         return wrap(wanted - math.atan2(motion.v_east, motion.v_north))
 
-    def _lead_bank(self, speed: float, motion: Motion) -> float:
-        """Bank of the curvature one roll delay ahead: V_ground^2 / (R g), over the cosine of the crab angle."""
+    def _lead_bank(self, speed: float, motion: GuidanceInput) -> float:
+        """Return the bank for the curvature one roll delay ahead: V_ground^2 / (R g), over the cosine of the crab."""
         ahead = self.along_m + speed * self._lead_s
         index = self.index
         while ahead > self._path[index].length_m and index + 1 < len(self._path):

@@ -11,8 +11,8 @@ from magsim.scenario import Gust
 from magsim.units import FT
 
 
-class GustHands:
-    """Hands each gust to its generator on the last tick before it begins.
+class GustSchedule:
+    """Passes each gust to its generator on the last tick before it begins.
 
     Parameters
     ----------
@@ -25,14 +25,14 @@ class GustHands:
         self._offset_s = 0.0
 
     def begin(self, zero_s: float, offset_s: float) -> None:
-        """Name the time of the first row, and what JSBSim's clock is ahead of it; until then there are no gusts."""
+        """Set the time of the first row and the lead of JSBSim's clock; before this call there are no gusts."""
         self._offset_s = offset_s
         dated = [(gust.at_s + zero_s, slot, gust) for slot, gusts in enumerate(self._slots) for gust in gusts]
         # The later a gust begins, the earlier in the list: the next one is popped from the end.
         self._waiting = sorted(dated, key=lambda item: -item[0])
 
     def due(self, until_s: float) -> Sequence[tuple[str, float]]:
-        """Properties and values of the gusts that begin before a time, which counts like ``zero_s``."""
+        """Return properties and values of the gusts that begin before a time on the clock of ``zero_s``."""
         waiting = self._waiting
         if not waiting or waiting[-1][0] > until_s:
             return ()

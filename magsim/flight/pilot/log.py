@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.aircraft.facts import Engine, TurbopropEngine
+from magsim.aircraft.engine import Engine, TurbopropEngine
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import transport_rate
 from magsim.flight.model.channels import COLUMN
@@ -26,12 +26,12 @@ class Log:
         return self.table[:, COLUMN[name]]
 
     def cut(self, start_s: float, stop_s: float, zero_s: float) -> "Log":
-        """Rows from start to stop, with the time counted from ``zero_s``."""
+        """Return the rows from start to stop, with the time counted from ``zero_s``."""
         rows = (self.time_s >= start_s - 1e-9) & (self.time_s <= stop_s + 1e-9)
         return Log(self.time_s[rows] - zero_s, self.table[rows])
 
     def trajectory(self, cg_b: Sequence[float]) -> Trajectory:
-        """The motion of the center of gravity."""
+        """Return the motion of the center of gravity."""
         attitude = np.stack([self["roll"], self["pitch"], np.unwrap(self["heading"])], axis=-1)
         velocity_n = np.stack([self["v_north"], self["v_east"], self["v_down"]], axis=-1)
         rate_e = np.stack([self["p"], self["q"], self["r"]], axis=-1)
@@ -49,20 +49,20 @@ class Log:
         )
 
     def wind(self) -> np.ndarray:
-        """The wind that was flown, north, east, down, (n, 3) [m/s]."""
+        """Return the wind along the flight, north, east, down, (n, 3) [m/s]."""
         return np.stack([self["wind_north"], self["wind_east"], self["wind_down"]], axis=-1)
 
     def rotors(self, engine: Engine) -> dict[str, np.ndarray]:
-        """Speed of the propeller [rad/s]: that of the governed one, or that at which a fixed one gives its thrust."""
+        """Return the speed of the propeller [rad/s], governed or of fixed pitch at its thrust."""
         if isinstance(engine, TurbopropEngine):
             return {"propeller": self["rotor"]}
         if engine.propeller is None:
             return {}
-        thrust, density = np.maximum(self["thrust"], 0.0), standard_density(self["alt"])
+        thrust, density = np.maximum(self["thrust"], 0.0), np.asarray(standard_density(self["alt"]))
         return {"propeller": turning_speed(engine.propeller, thrust, self["airspeed"], density)}
 
     def controls(self) -> dict[str, np.ndarray]:
-        """Deflections [rad] by the right-hand rule about +y, for the rudder about +z."""
+        """Return deflections [rad] by the right-hand rule about +y, for the rudder about +z."""
         left = self["aileron"]
         deflections = {
             "elevator": self["elevator"],
@@ -76,7 +76,7 @@ class Log:
         return deflections
 
     def switches(self) -> dict[str, np.ndarray]:
-        """Loads of the electric system, as ``Flight.switches`` has them."""
+        """Return the states of the electric loads, as in ``Flight.switches``."""
         return {
             "flap_motor": moving(self["flap"]),
             "autopilot": self["engaged"].copy(),

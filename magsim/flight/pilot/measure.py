@@ -1,15 +1,15 @@
-"""How large a sine train was flown, by a sine fitted to the angle."""
+"""Amplitude and phase of a flown sine train, by a sine fitted to the angle."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.flight.pilot.trains import Sweep
+from magsim.flight.pilot.trains import SineTrain
 from magsim.trajectory import ManeuverFlown, Trajectory
 
 ANGLES = {"roll": 0, "pitch": 1, "yaw": 2}
-"""Column of ``Trajectory.attitude`` that a maneuver swings."""
+"""Column of ``Trajectory.attitude`` that a maneuver oscillates."""
 
 
 @dataclass(frozen=True)
@@ -50,43 +50,43 @@ def fit_sine(time_s: np.ndarray, values: np.ndarray, omega: float, t0_s: float) 
 
 
 def _departure(time_s: np.ndarray, values: np.ndarray) -> float:
-    """Largest distance of samples from their straight line."""
+    """Return the largest distance of samples from their straight line."""
     tau = time_s - time_s.mean()
     slope = float(np.einsum("n,n->", tau, values) / np.einsum("n,n->", tau, tau))
     return float(np.abs(values - values.mean() - slope * tau).max())
 
 
-def middle_of(sweep: Sweep) -> tuple[float, float]:
-    """Beginning and end of a train's middle cycles [s]: all but the first and the last, where it has more than two."""
-    ends = sweep.period_s if sweep.cycles > 2 else 0.0
-    return sweep.start_s + ends, sweep.stop_s - ends
+def middle_of(train: SineTrain) -> tuple[float, float]:
+    """Return begin and end of a train's middle cycles [s]: all but first and last, if there are more than two."""
+    ends = train.period_s if train.cycles > 2 else 0.0
+    return train.start_s + ends, train.stop_s - ends
 
 
-def measure(sweep: Sweep, carrier: Trajectory) -> tuple[ManeuverFlown, float]:
-    """A train as it was flown, and the phase [rad] by which it leads what was asked.
+def measure(train: SineTrain, carrier: Trajectory) -> tuple[ManeuverFlown, float]:
+    """Measure a flown train, and the phase [rad] by which it leads the command.
 
-    The sine is fitted over the middle cycles: in the first one the loops still follow the growing swing.
+    The sine is fitted over the middle cycles: in the first one the loops still follow the growing oscillation.
     """
     time, attitude = carrier.time_s, carrier.steady_attitude
-    rows = (time >= sweep.start_s - 1e-9) & (time <= sweep.stop_s + 1e-9)
-    low, high = middle_of(sweep)
+    rows = (time >= train.start_s - 1e-9) & (time <= train.stop_s + 1e-9)
+    low, high = middle_of(train)
     middle = (time >= low - 1e-9) & (time <= high + 1e-9)
-    axis = ANGLES[sweep.axis]
-    fit = fit_sine(time[middle], attitude[middle, axis], sweep.omega, sweep.start_s)
+    axis = ANGLES[train.axis]
+    fit = fit_sine(time[middle], attitude[middle, axis], train.omega, train.start_s)
     others = [_departure(time[rows], attitude[rows, i]) for i in range(3) if i != axis]
     flown = ManeuverFlown(
-        axis=sweep.axis,
-        circuit=sweep.circuit,
-        leg=sweep.leg,
-        start_s=sweep.start_s,
-        stop_s=sweep.stop_s,
-        period_s=sweep.period_s,
-        cycles=sweep.cycles,
-        asked_deg=sweep.amplitude_deg,
+        axis=train.axis,
+        circuit=train.circuit,
+        leg=train.leg,
+        start_s=train.start_s,
+        stop_s=train.stop_s,
+        period_s=train.period_s,
+        cycles=train.cycles,
+        asked_deg=train.amplitude_deg,
         flown_deg=math.degrees(fit.amplitude),
         residual_deg=math.degrees(fit.residual_rms),
         off_axis_deg=(math.degrees(others[0]), math.degrees(others[1])),
         half_peak_to_peak_deg=0.5 * math.degrees(float(np.ptp(attitude[middle, axis]))),
-        kind=sweep.kind,
+        kind=train.kind,
     )
     return flown, fit.phase

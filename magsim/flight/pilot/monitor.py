@@ -1,6 +1,6 @@
-"""What ends a flight although it is still in the air: controls at their stops, a leg that is missed.
+"""Checks that end a flight in the air: controls at their stops, a leg that is missed.
 
-The watch looks ten times a second. What it finds is told with time and state; nothing is corrected.
+They run ten times a second. A failure is reported with time and state; nothing is corrected.
 """
 
 from magsim.aircraft.facts import Facts
@@ -12,23 +12,23 @@ STOP_PART = 1e-3
 """A control within this part of its travel from a stop is at the stop."""
 
 SPEED_PART = 0.03
-"""An airspeed within this part of the one that was asked is held."""
+"""An airspeed within this part of the commanded one is held."""
 
 AIRSPEED = COLUMN["airspeed"]
 
 
-class Watch:
-    """Looks at controls and at the distance from the line.
+class FlightMonitor:
+    """Checks controls and the distance from the line.
 
     Parameters
     ----------
     facts : Facts
     settings : FlightSettings
-        What is too far and too long.
+        Limits of distance and time.
     speed_mps : float
-        Airspeed that is asked.
+        Commanded airspeed.
     tick_s : float
-        Time between two looks.
+        Time between two checks.
     """
 
     def __init__(self, facts: Facts, settings: FlightSettings, speed_mps: float, tick_s: float) -> None:
@@ -39,7 +39,7 @@ class Watch:
         travels["throttle"] = (0.0, 1.0)
         self._checks = []
         for name, (low, high) in travels.items():
-            # Bounds in the units of the plant's rows, so that a look converts nothing.
+            # Bounds in the units of the plant's rows, so that a check converts nothing.
             index, margin = COLUMN[name], STOP_PART * (high - low)
             factor = float(TO_SI[index])
             self._checks.append((name, index, (low + margin) / factor, (high - margin) / factor, allowed[name]))
@@ -48,9 +48,9 @@ class Watch:
         self._ticks = [0] * len(self._checks)
 
     def controls(self, row: list[float]) -> str:
-        """What is wrong with the controls at a row of the plant, or nothing.
+        """Describe what is wrong with the controls at a row of the plant; empty if nothing.
 
-        Full or idle throttle is nothing wrong as long as the airspeed is held.
+        Full or idle throttle is allowed as long as the airspeed is held.
         """
         ticks, slow, fast = self._ticks, self._slow, self._fast
         for i, (name, index, low, high, allowed_s) in enumerate(self._checks):
@@ -64,7 +64,7 @@ class Watch:
         return ""
 
     def line(self, element: Element, off_m: float) -> str:
-        """What is wrong with a distance from an element of the path, positive to the right, or nothing."""
+        """Describe a distance from an element of the path, positive to the right, that is too large; empty if not."""
         if element.turn or abs(off_m) <= self._limit_m:
             return ""
         side = "right" if off_m > 0.0 else "left"

@@ -1,4 +1,4 @@
-"""One run of a plant along a path: guidance ten times a second, maneuvers on time, a log of every row."""
+"""One run of a plant along a path: guidance ten times a second, scheduled maneuvers, a log of every row."""
 
 import math
 from array import array
@@ -12,22 +12,22 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.flight.model.aero import bank_below_stall
-from magsim.flight.model.autopilot import Sine
+from magsim.flight.model.autopilot import SineGenerator
 from magsim.flight.model.channels import CHANNELS, TO_SI
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.path.elements import Element
 from magsim.flight.path.heights import HeightPlan
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.path.wind import ground_speed
-from magsim.flight.pilot.flaps import FlapHand
-from magsim.flight.pilot.guidance import TICK_HZ, Crossing, Guidance, Motion, Order, wrap
-from magsim.flight.pilot.gusts import GustHands
+from magsim.flight.pilot.flaps import FlapSchedule
+from magsim.flight.pilot.guidance import TICK_HZ, Crossing, Guidance, GuidanceInput, SetPoints, wrap
+from magsim.flight.pilot.gusts import GustSchedule
 from magsim.flight.pilot.log import Log
-from magsim.flight.pilot.monitor import Watch
+from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.flight.pilot.response import LoopResponse
-from magsim.flight.pilot.trains import Sweep, sweeps_of_leg
-from magsim.scenario import FlapMove, PatternBase
+from magsim.flight.pilot.trains import SineTrain, trains_of_leg
+from magsim.scenario import FlapMove, LegPattern
 from magsim.terrain import Ground
 from magsim.units import FT
 
@@ -49,7 +49,7 @@ class Pilot:
     Parameters
     ----------
     facts : Facts
-    setup : Setup
+    setup : PlantSetup
     plane : LocalPlane
         In which the path lies.
     path : sequence of Element
@@ -57,21 +57,21 @@ class Pilot:
         Where on the path's first element the plant begins, negative before it.
     log_hz : int
     response : sequence of LoopResponse
-        What the loops make of a sine in each part; the generators are asked for its inverse.
-    parts : sequence of PatternBase
+        Response of the loops in each part; the generators are commanded by its inverse.
+    parts : sequence of LegPattern
         Whose maneuvers are flown on the legs, by the part that an element belongs to.
-    sweeps : sequence of Sweep
+    trains : sequence of SineTrain
         Trains at given times of the plant, for calibration.
     ground : Ground, optional
         Below the path; without it, or where it is level, it stays as the plant began.
-    watch : Watch, optional
+    monitor : FlightMonitor, optional
         Ends the flight when controls saturate or a leg is missed.
     heights : HeightPlan, optional
         Along the path; without it the plant's first height is held.
     flaps : sequence of FlapMove
         Settings of the flap lever.
     coupled : HookLoad, optional
-        What pulls on the hook of the setup.
+        Load on the hook of the setup.
 
     Attributes
     ----------
@@ -83,17 +83,17 @@ class Pilot:
     def __init__(
         self,
         facts: Facts,
-        setup: Setup,
+        setup: PlantSetup,
         *,
         plane: LocalPlane,
         path: Sequence[Element],
         along_m: float,
         log_hz: int,
         response: Sequence[LoopResponse],
-        parts: Sequence[PatternBase] = (),
-        sweeps: Sequence[Sweep] = (),
+        parts: Sequence[LegPattern] = (),
+        trains: Sequence[SineTrain] = (),
         ground: Ground | None = None,
-        watch: Watch | None = None,
+        monitor: FlightMonitor | None = None,
         heights: HeightPlan | None = None,
         flaps: Sequence[FlapMove] = (),
         coupled: HookLoad | None = None,
@@ -105,11 +105,11 @@ class Pilot:
         self.planned: list[tuple[float, float]] = []
         self.plant = Plant(facts, setup, coupled)
         highest_m = setup.alt_m if heights is None else float(heights.height_m.max())
-        most_bank = bank_below_stall(facts, setup.speed_mps, standard_density(highest_m), LIFT_PART)
+        most_bank = bank_below_stall(facts, setup.speed_mps, float(standard_density(highest_m)), LIFT_PART)
         self.guidance = Guidance(path, facts, along_m, most_bank)
-        self.sweeps: list[Sweep] = list(sweeps)
-        self._waiting: list[tuple[Sweep, LoopResponse]] = [(sweep, response[0]) for sweep in sweeps]
-        self._flying: list[Sweep] = []
+        self.trains: list[SineTrain] = list(trains)
+        self._waiting: list[tuple[SineTrain, LoopResponse]] = [(train, response[0]) for train in trains]
+        self._flying: list[SineTrain] = []
         self.path: Sequence[Element] = path
         self._plane, self._parts, self._setup = plane, tuple(parts), setup
         self._responses = tuple(response)
@@ -117,13 +117,13 @@ class Pilot:
         self._steps_per_row = setup.step_hz // log_hz
         self._rows = array("d", self.plant.row)
         self._seen = 0
-        self._ordered: Order | None = None
-        self._watch, self._gusts = watch, GustHands(setup.weather)
-        self.flaps = FlapHand(flaps)
+        self._ordered: SetPoints | None = None
+        self._monitor, self._gusts = monitor, GustSchedule(setup.weather)
+        self.flaps = FlapSchedule(flaps)
         self._turned = self._convergence()
 
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
-        """Fly until ``done`` says so; ``tick`` is called after every tick of the guidance."""
+        """Fly until ``done`` returns true; ``tick`` is called after every tick of the guidance."""
         rows_per_tick = self.log_hz // TICK_HZ
         run, steps, rows = self.plant.run, self._steps_per_row, self._rows
         self._guide()
@@ -144,18 +144,18 @@ class Pilot:
                 self._below = self._look_ahead(self._ground)
             self.plant.ground(self._below.pop())
         place = self._plane.motion(lat, lon, v_north, v_east)
-        self._start_sweeps(time)
+        self._start_trains(time)
         if self._flying:
-            self._flying = [sweep for sweep in self._flying if not sweep.over(time)]
+            self._flying = [train for train in self._flying if not train.over(time)]
         # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
         turned = math.atan2(place[3], place[2]) - math.atan2(v_east, v_north)
-        motion = Motion(*place, heading + turned, airspeed, v_down)
+        motion = GuidanceInput(*place, heading + turned, airspeed, v_down)
         # The autopilot counts from local north, or grid north near the poles.
         turned = wrap(turned - self._setup.grid * lon)
         turning, self._turned = wrap(turned - self._turned), turned
         order = guidance.step(time, motion, self._flying)
-        if self._watch is not None:
-            self._look()
+        if self._monitor is not None:
+            self._monitor_flight(self._monitor)
         self._plan_legs(guidance.crossings)
         for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
             self.plant.command(name, setting)
@@ -163,19 +163,19 @@ class Pilot:
         if flaps is not None:
             self.plant.command("ap/flap-rad", flaps)
         # The set point stands still for a tick while north turns: give it the turn of half a tick.
-        self._give(order, order.heading - turned - 0.5 * turning)
+        self._command(order, order.heading - turned - 0.5 * turning)
         if self._heights is not None:
             self._climb(self._heights, time, math.hypot(motion.v_north, motion.v_east))
 
     def _climb(self, heights: HeightPlan, time_s: float, speed: float) -> None:
-        """Order the planned height at the middle of the next tick, and the planned climb one delay of the loops on."""
+        """Command the planned height of the next tick's middle, and the planned climb one delay of the loops ahead."""
         along = self._before_m[self.guidance.index] + self.guidance.along_m
         self.planned.append((time_s, heights.at(along)))
         self.plant.command("ap/height-ft", heights.at(along + 0.5 * speed / TICK_HZ) / FT)
         self.plant.command("ap/climb-fps", heights.slope(along + CLIMB_LEAD_S * speed) * speed / FT)
 
     def _look_ahead(self, ground: Ground) -> list[float]:
-        """Height of the ground [m] at the middle of each of the next ticks, the last one first."""
+        """Return the height of the ground [m] at the middle of each of the next ticks, the last one first."""
         value = self.plant.value
         after_s = (np.arange(AHEAD_TICKS)[::-1] + 0.5) / TICK_HZ
         here_e = ecef_from_geodetic(value("lat"), value("lon"), value("alt"))
@@ -185,23 +185,23 @@ class Pilot:
         return ground.height(lat, lon).tolist()
 
     def _convergence(self) -> float:
-        """What makes the autopilot's headings those of the plane [rad], by the motion over ground."""
+        """Return the angle [rad] to add to the autopilot's headings to get those of the plane."""
         value = self.plant.value
         north, east = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))[2:]
         turned = math.atan2(east, north) - math.atan2(value("v_east"), value("v_north"))
         return wrap(turned - self._setup.grid * value("lon"))
 
-    def _look(self) -> None:
+    def _monitor_flight(self, monitor: FlightMonitor) -> None:
         """End a flight that has gone wrong."""
-        watch, plant, guidance = self._watch, self.plant, self.guidance
-        trouble = watch.controls(plant.row)
+        plant, guidance = self.plant, self.guidance
+        trouble = monitor.controls(plant.row)
         if not trouble and guidance.crossings:
-            trouble = watch.line(self.path[guidance.index], guidance.off_m)
+            trouble = monitor.line(self.path[guidance.index], guidance.off_m)
         if trouble:
             raise FlightTroubleError(trouble, plant.row, plant.time_s)
 
-    def _give(self, order: Order, heading: float) -> None:
-        """Write what has changed, and the heading as the autopilot counts it."""
+    def _command(self, order: SetPoints, heading: float) -> None:
+        """Write the set points that have changed, and the heading in the autopilot's reference."""
         command, old = self.plant.command, self._ordered
         command("ap/heading-rad", heading % (2.0 * math.pi))
         if old is None or order.bank != old.bank:
@@ -226,57 +226,57 @@ class Pilot:
                 self._gusts.begin(zero_s, self.plant.clock_s - self.plant.time_s)
                 self.flaps.begin(zero_s)
             self._seen += 1
-            element = self.path[crossing.index]
+            element = self.path[crossing.element]
             if not element.turn:
                 self.flaps.entered(element.circuit, element.leg, crossing.time_s)
             if not self._parts or element.turn:
                 continue
-            planned = _sweeps_on(element, self._parts, self._setup, crossing.time_s)
-            self.sweeps += planned
-            self._waiting += [(sweep, self._responses[element.label.part]) for sweep in planned]
+            planned = _trains_on(element, self._parts, self._setup, crossing.time_s)
+            self.trains += planned
+            self._waiting += [(train, self._responses[element.label.part]) for train in planned]
 
-    def _start_sweeps(self, time_s: float) -> None:
-        """Hand a train to its generator on the last tick before it begins to rise."""
+    def _start_trains(self, time_s: float) -> None:
+        """Pass a train to its generator on the last tick before it begins to rise."""
         while self._waiting:
-            sweep, response = self._waiting[0]
-            if sweep.start_s - sweep.ease_in_s >= time_s + 1.0 / TICK_HZ:
+            train, response = self._waiting[0]
+            if train.start_s - train.ease_in_s >= time_s + 1.0 / TICK_HZ:
                 return
             del self._waiting[0]
-            drive = response.drive(sweep)
-            names, command = Sine(sweep.axis), self.plant.command
+            drive = response.drive(train)
+            names, command = SineGenerator(train.axis), self.plant.command
             offset = self.plant.clock_s - self.plant.time_s
-            command(names["omega-rad_sec"], sweep.omega)
-            command(names["amplitude-rad"], math.radians(sweep.amplitude_deg) / drive.gain)
+            command(names["omega-rad_sec"], train.omega)
+            command(names["amplitude-rad"], math.radians(train.amplitude_deg) / drive.gain)
             command(names["phase-rad"], drive.lead)
             if names.other is not None:
                 direct, quadrature = drive.feed or (0.0, 0.0)
                 command(names["fed"], float(drive.feed is not None))
                 command(names["feed-norm"], direct)
                 command(names["feed-s"], quadrature)
-            command(names["cycles"], float(sweep.cycles))
-            command(names["ease-in-s"], max(sweep.ease_in_s, 1e-3))
-            command(names["ease-out-s"], max(sweep.ease_out_s, 1e-3))
-            command(names["start-s"], sweep.start_s + offset)
-            self._flying.append(sweep)
+            command(names["cycles"], float(train.cycles))
+            command(names["ease-in-s"], max(train.ease_in_s, 1e-3))
+            command(names["ease-out-s"], max(train.ease_out_s, 1e-3))
+            command(names["start-s"], train.start_s + offset)
+            self._flying.append(train)
 
 
-def _sweeps_on(element: Element, parts: Sequence[PatternBase], setup: Setup, start_s: float) -> list[Sweep]:
-    """The trains of a leg that is entered at a time."""
+def _trains_on(element: Element, parts: Sequence[LegPattern], setup: PlantSetup, start_s: float) -> list[SineTrain]:
+    """Return the trains of a leg that is entered at a time."""
     speed = ground_speed(setup.speed_mps, math.radians(element.heading_deg), setup.wind_mps)
     leg_s = element.length_m / max(1.0, speed)
-    return sweeps_of_leg(parts[element.label.part], element.label, start_s, leg_s)
+    return trains_of_leg(parts[element.label.part], element.label, start_s, leg_s)
 
 
-def planned_sweeps(path: Sequence[Element], parts: Sequence[PatternBase], setup: Setup) -> list[Sweep]:
-    """The trains that a flight along a path has, each counted from the beginning of its leg."""
-    return [sweep for leg in path if not leg.turn for sweep in _sweeps_on(leg, parts, setup, 0.0)]
+def planned_trains(path: Sequence[Element], parts: Sequence[LegPattern], setup: PlantSetup) -> list[SineTrain]:
+    """Return all trains of a flight along a path, each counted from the beginning of its leg."""
+    return [train for leg in path if not leg.turn for train in _trains_on(leg, parts, setup, 0.0)]
 
 
 def first_row_s(crossed_s: float, log_hz: int) -> float:
-    """Time of the first recorded row: the row of the log that is next to the entry of the path."""
+    """Return the time of the first recorded row: the row of the log nearest to the entry of the path."""
     return round(crossed_s * log_hz) / log_hz
 
 
-def on_clock(sweep: Sweep, zero_s: float) -> Sweep:
-    """The same train with its start counted from another zero."""
-    return replace(sweep, start_s=sweep.start_s - zero_s)
+def on_clock(train: SineTrain, zero_s: float) -> SineTrain:
+    """Return the same train with its start counted from another zero."""
+    return replace(train, start_s=train.start_s - zero_s)

@@ -1,4 +1,4 @@
-"""Maneuver trains: when they fly, how large they came out, and what the loops must be asked so that they do."""
+"""Response of the autopilot loops to a sine, and the generator settings that compensate it."""
 
 import math
 from collections.abc import Mapping
@@ -9,16 +9,17 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.flight.model.autopilot import AXES
-from magsim.flight.pilot.trains import Joint, Sweep
+from magsim.flight.pilot.trains import ManeuverKey, SineTrain
 
 BOUNDS = ("elevator", "aileron", "rudder", "alpha", "beta")
 """Logged quantities that bound an amplitude."""
 
 
-class Drive(NamedTuple):
-    """What a generator is told so that its axis flies what is asked.
+class GeneratorDrive(NamedTuple):
+    """Settings of a sine generator with which its axis flies the commanded train.
 
-    ``gain`` is the amplitude asked over that of the generator, ``lead`` [rad] the phase by which the generator leads.
+    ``gain`` is the commanded amplitude over that of the generator, ``lead`` [rad] the
+    phase by which the generator leads.
     ``feed`` are the factors of the sine that is fed from another axis (``autopilot.FED``) and of its derivative [s].
     """
 
@@ -29,7 +30,7 @@ class Drive(NamedTuple):
 
 @dataclass(frozen=True)
 class LoopResponse:
-    """What the loops make of a sine on each axis: flown over asked, and its phase, over the period.
+    """Response of the loops to a sine on each axis, over the period: flown over commanded amplitude, and phase.
 
     Attributes
     ----------
@@ -40,9 +41,9 @@ class LoopResponse:
     largest_deg : mapping of axis to (n,)
         Amplitude at which a control reaches its stop or the air its limit.
     bound : mapping of axis to (n,)
-        Which does, as an index of ``BOUNDS``.
-    joints : mapping of Joint to mapping of axis to Drive
-        What the generators are told in maneuvers with a calibration of their own.
+        Which of them, as an index of ``BOUNDS``.
+    maneuvers : mapping of ManeuverKey to mapping of axis to GeneratorDrive
+        Generator settings of maneuvers with a calibration of their own.
     """
 
     period_s: np.ndarray
@@ -50,35 +51,35 @@ class LoopResponse:
     phase: dict[str, np.ndarray]
     largest_deg: dict[str, np.ndarray] = field(default_factory=dict)
     bound: dict[str, np.ndarray] = field(default_factory=dict)
-    joints: Mapping[Joint, Mapping[str, Drive]] = field(default_factory=dict)
+    maneuvers: Mapping[ManeuverKey, Mapping[str, GeneratorDrive]] = field(default_factory=dict)
 
     def largest_at(self, axis: str, period_s: float) -> tuple[float, str]:
-        """Largest amplitude [deg] at a period, straight between logarithms, and what bounds it."""
+        """Return the largest amplitude [deg] at a period, linear between logarithms, and what bounds it."""
         x, at = np.log(self.period_s), math.log(period_s)
         largest = math.exp(float(np.interp(at, x, np.log(self.largest_deg[axis]))))
         return largest, BOUNDS[int(self.bound[axis][int(np.abs(x - at).argmin())])]
 
     def nearest_s(self, axis: str, amplitude_deg: float, period_s: float) -> float | None:
-        """The period, in tenths, in which an amplitude can be flown and that is nearest; None if there is none."""
+        """Return the nearest period, in tenths of a second, in which an amplitude can be flown, or None."""
         periods = np.arange(round(10.0 * self.period_s[0]), round(10.0 * self.period_s[-1]) + 1) / 10.0
         near = sorted(periods.tolist(), key=lambda period: abs(period - period_s))
         return next((period for period in near if self.largest_at(axis, period)[0] >= amplitude_deg), None)
 
-    def drive(self, sweep: Sweep) -> Drive:
-        """What the generator of a train is told."""
-        if sweep.joint in self.joints:
-            return self.joints[sweep.joint][sweep.axis]
-        gain, phase = self.at(sweep.axis, sweep.period_s)
-        return Drive(gain, -phase)
+    def drive(self, train: SineTrain) -> GeneratorDrive:
+        """Return the generator settings of a train."""
+        if train.maneuver in self.maneuvers:
+            return self.maneuvers[train.maneuver][train.axis]
+        gain, phase = self.at(train.axis, train.period_s)
+        return GeneratorDrive(gain, -phase)
 
     def at(self, axis: str, period_s: float) -> tuple[float, float]:
-        """Gain and phase [rad] at a period, by cubic splines over its logarithm."""
+        """Return gain and phase [rad] at a period, by cubic splines over its logarithm."""
         x = np.log(self.period_s)
         at = math.log(min(max(period_s, self.period_s[0]), self.period_s[-1]))
         return float(CubicSpline(x, self.gain[axis])(at)), float(CubicSpline(x, self.phase[axis])(at))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """As plain arrays for the cache."""
+        """Return plain arrays for the cache."""
         out = {"period_s": self.period_s}
         for axis in self.gain:
             out |= {f"gain_{axis}": self.gain[axis], f"phase_{axis}": self.phase[axis]}
@@ -88,7 +89,7 @@ class LoopResponse:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "LoopResponse":
-        """From what ``arrays`` gave."""
+        """Restore a response from the result of ``arrays``."""
         axes = [axis for axis in AXES if f"gain_{axis}" in arrays]
         limited = [axis for axis in axes if f"largest_deg_{axis}" in arrays]
         return cls(
@@ -103,4 +104,4 @@ class LoopResponse:
 UNITY = LoopResponse(
     np.array([3.0, 6.0, 12.0, 30.0]), {axis: np.ones(4) for axis in AXES}, {axis: np.zeros(4) for axis in AXES}
 )
-"""Loops that would fly exactly what is asked: with it the raw response is measured."""
+"""Loops that fly exactly what is commanded; with it the raw response is measured."""

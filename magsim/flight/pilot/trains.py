@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from magsim.flight.model.autopilot import AXES
-from magsim.flight.path.elements import Label
+from magsim.flight.path.elements import PathLabel
 from magsim.planning import ScheduledOscillation, schedule
-from magsim.scenario import PatternBase
+from magsim.scenario import LegPattern
 
 
-class JointSwing(NamedTuple):
+class ManeuverAxis(NamedTuple):
     """One axis of a maneuver, on the clock of the maneuver."""
 
     axis: str
@@ -23,13 +23,13 @@ class JointSwing(NamedTuple):
     ease_out_s: float
 
 
-Joint = tuple[JointSwing, ...]
-"""A maneuver, combined where it has more than one axis, with all that a calibration of its own depends on."""
+ManeuverKey = tuple[ManeuverAxis, ...]
+"""A maneuver, combined if it has several axes, with all that its own calibration depends on."""
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """One train on the clock of a flight.
+class SineTrain:
+    """A sine train on the clock of a flight.
 
     ``ease_in_s`` before the first cycle the generator rises from nothing, ``ease_out_s`` after the last it falls;
     half a period of it keeps the mean of the sine's integral, heading or height, where it was.
@@ -44,13 +44,13 @@ class Sweep:
     amplitude_deg: float
     ease_in_s: float
     ease_out_s: float
-    joint: Joint = ()
+    maneuver: ManeuverKey = ()
     """The maneuver that it is a part of."""
 
     @property
     def kind(self) -> str:
         """``combined`` where several axes swing at once, else the axis."""
-        return "combined" if len(self.joint) > 1 else self.axis
+        return "combined" if len(self.maneuver) > 1 else self.axis
 
     @property
     def stop_s(self) -> float:
@@ -63,7 +63,7 @@ class Sweep:
         return 2.0 * math.pi / self.period_s
 
     def angle(self, time_s: float) -> float:
-        """The swing that is asked at a time [rad]."""
+        """Return the commanded angle at a time [rad]."""
         tau = time_s - self.start_s
         rise = 1.0 + min(0.0, tau) / max(self.ease_in_s, 1e-3)
         fall = 1.0 - max(0.0, time_s - self.stop_s) / max(self.ease_out_s, 1e-3)
@@ -77,51 +77,62 @@ class Sweep:
         return time_s >= self.stop_s + self.ease_out_s
 
 
-def sweeps_of_leg(pattern: PatternBase, label: Label, start_s: float, leg_s: float) -> list[Sweep]:
-    """The trains of a leg that begins at a time and takes a time."""
-    planned, _ = schedule(pattern, label.index, leg_s)
-    trains: dict[int, list[ScheduledOscillation]] = {}
-    for swing in planned:
-        trains.setdefault(swing.train, []).append(swing)
-    joints = {number: joint_of(swings) for number, swings in trains.items()}
+def trains_of_leg(pattern: LegPattern, label: PathLabel, start_s: float, leg_s: float) -> list[SineTrain]:
+    """Schedule the trains of a leg that is entered at ``start_s`` and takes ``leg_s`` seconds."""
+    scheduled, _ = schedule(pattern, label.leg_index, leg_s)
+    together: dict[int, list[ScheduledOscillation]] = {}
+    for oscillation in scheduled:
+        together.setdefault(oscillation.train, []).append(oscillation)
+    maneuvers = {number: maneuver_of(oscillations) for number, oscillations in together.items()}
     return [
-        Sweep(
-            swing.axis,
+        SineTrain(
+            oscillation.axis,
             label.circuit,
             label.leg,
-            start_s + swing.start_s,
-            swing.period_s,
-            swing.cycles,
-            swing.amplitude_deg,
-            swing.ease_in_s,
-            swing.ease_out_s,
-            joints[swing.train],
+            start_s + oscillation.start_s,
+            oscillation.period_s,
+            oscillation.cycles,
+            oscillation.amplitude_deg,
+            oscillation.ease_in_s,
+            oscillation.ease_out_s,
+            maneuvers[oscillation.train],
         )
-        for swing in planned
+        for oscillation in scheduled
     ]
 
 
-def joint_of(swings: Sequence[ScheduledOscillation]) -> Joint:
-    """The swings of one maneuver on its own clock, to the nanosecond, so that equal ones are equal."""
-    zero_s = min(swing.start_s for swing in swings)
+def maneuver_of(oscillations: Sequence[ScheduledOscillation]) -> ManeuverKey:
+    """Describe a maneuver on its own clock, times rounded to the nanosecond, so that equal maneuvers compare equal."""
+    zero_s = min(oscillation.start_s for oscillation in oscillations)
     return tuple(
-        JointSwing(
-            swing.axis,
-            round(swing.start_s - zero_s, 9),
-            swing.period_s,
-            swing.cycles,
-            swing.amplitude_deg,
-            round(swing.ease_in_s, 9),
-            round(swing.ease_out_s, 9),
+        ManeuverAxis(
+            oscillation.axis,
+            round(oscillation.start_s - zero_s, 9),
+            oscillation.period_s,
+            oscillation.cycles,
+            oscillation.amplitude_deg,
+            round(oscillation.ease_in_s, 9),
+            round(oscillation.ease_out_s, 9),
         )
-        for swing in sorted(swings, key=lambda swing: AXES.index(swing.axis))
+        for oscillation in sorted(oscillations, key=lambda oscillation: AXES.index(oscillation.axis))
     )
 
 
-def joint_sweeps(joint: Joint, start_s: float) -> list[Sweep]:
-    """The swings of a maneuver that begins at a time, in the order in which they begin to rise."""
-    out = [
-        Sweep(s.axis, 1, 1, start_s + s.lag_s, s.period_s, s.cycles, s.amplitude_deg, s.ease_in_s, s.ease_out_s, joint)
-        for s in joint
+def trains_of_maneuver(maneuver: ManeuverKey, start_s: float) -> list[SineTrain]:
+    """Return the trains of a maneuver that begins at a time, in the order in which they begin to rise."""
+    trains = [
+        SineTrain(
+            axis.axis,
+            1,
+            1,
+            start_s + axis.lag_s,
+            axis.period_s,
+            axis.cycles,
+            axis.amplitude_deg,
+            axis.ease_in_s,
+            axis.ease_out_s,
+            maneuver,
+        )
+        for axis in maneuver
     ]
-    return sorted(out, key=lambda sweep: sweep.start_s - sweep.ease_in_s)
+    return sorted(trains, key=lambda train: train.start_s - train.ease_in_s)

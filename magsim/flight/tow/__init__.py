@@ -1,6 +1,7 @@
-"""The towed bird: rope, body, and how they swing under a carrier.
+"""The towed bird: rope and body under a carrier.
 
-``line`` holds what hangs, ``chain`` the compiled equations of motion, ``steady`` the equilibrium they begin in,
-``swing`` the flight through time; ``hook`` is the motion of the tow point, ``setup`` what a scenario makes of it,
-``coupled`` a line that pulls on a flight model, and ``towing`` adds the bird to a flight.
+``chain`` describes rope and body, ``dynamics`` holds the compiled equations of motion, ``equilibrium`` finds the state
+in which they begin, ``modes`` its stability, ``integration`` steps them through time to a ``motion``. ``hook`` is the
+motion of the tow point, ``setup`` builds the chain of a scenario, ``coupled`` is a chain that pulls on a flight model,
+and ``towing`` adds the bird to a flight.
 """

@@ -1,6 +1,6 @@
-"""What hangs below a carrier: rope and body, their numbers as the equations of motion take them.
+"""Rope and body below a carrier, and their constants in the equations of motion.
 
-Nothing here is compiled: it is imported by what flies without a bird too.
+Nothing here is compiled, so that importing it is fast.
 """
 
 import math
@@ -31,7 +31,7 @@ class Rope:
 
 
 @dataclass(frozen=True)
-class Body:
+class TowedBody:
     """A towed body; axes from its center of gravity, forward, right, down.
 
     Attributes
@@ -72,13 +72,13 @@ class Body:
         return any(self.bridle_m) or self.fin_area_m2 != 0.0 or self.munk_m3 != 0.0
 
 
-def ball(mass_kg: float, drag_area_m2: float) -> Body:
-    """A body that is a point with drag, tied at its center: it does not turn."""
-    return Body(mass_kg, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (drag_area_m2,) * 3)
+def ball(mass_kg: float, drag_area_m2: float) -> TowedBody:
+    """Return a body that is a point with drag, tied at its center: it does not turn."""
+    return TowedBody(mass_kg, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (drag_area_m2,) * 3)
 
 
-class Numbers(NamedTuple):
-    """Numbers of a line as the compiled equations take them; symbols of the equations where they have one."""
+class ChainConstants(NamedTuple):
+    """Constants of a chain for the compiled equations, with the symbols of the equations."""
 
     links: int
     link_m: float
@@ -87,7 +87,7 @@ class Numbers(NamedTuple):
     """Half of the link's length times normal drag and diameter: times density and square of the flow, a force."""
     along: float
     body_kg: float
-    """With the lower half of the last link, which rides on the body."""
+    """Including the lower half of the last link, which is added to the body."""
     inertia: np.ndarray
     bridle: np.ndarray
     drag_area: np.ndarray
@@ -101,24 +101,24 @@ class Numbers(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Line:
-    """A rope of so many links with a body at its end.
+class Chain:
+    """A rope as a chain of links with a body at its end.
 
     Attributes
     ----------
     rope : Rope
-    body : Body
+    body : TowedBody
     links : int
-        Two at least.
+        At least 2.
     spin : (3,) [rad/s]
         Rate at which the axes turn along which the motion is counted: that of the Earth for Earth-fixed axes.
     """
 
     rope: Rope
-    body: Body
+    body: TowedBody
     links: int = 10
     spin: Sequence[float] = (0.0, 0.0, 0.0)
-    numbers: Numbers = field(init=False, repr=False, compare=False)
+    constants: ChainConstants = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.links < 2:
@@ -126,7 +126,7 @@ class Line:
             raise ValueError(msg)
         rope, body, link_m = self.rope, self.body, self.rope.length_m / self.links
         link_kg = rope.mass_per_m * link_m
-        numbers = Numbers(
+        constants = ChainConstants(
             links=self.links,
             link_m=link_m,
             link_kg=link_kg,
@@ -143,17 +143,17 @@ class Line:
             munk=float(body.munk_m3),
             spin=np.array(self.spin, dtype=float),
         )
-        object.__setattr__(self, "numbers", numbers)
+        object.__setattr__(self, "constants", constants)
 
     @property
     def size(self) -> int:
-        """Numbers in a state."""
+        """Number of values in a state."""
         return 6 * (self.links - 1) + 13
 
     def stable_tension_n(self, step_hz: float) -> float:
-        """Tension [N] up to which Runge-Kutta steps of a rate are stable.
+        """Return the tension [N] up to which Runge-Kutta steps of a rate are stable.
 
-        The fastest motion is the transverse wave on one link, ``(2 / l) sqrt(T / mu)``; the method bears
-        ``2 sqrt(2)`` of that in a step.
+        The fastest motion is the transverse wave on one link, ``(2 / l) sqrt(T / mu)``; the method is
+        stable up to ``2 sqrt(2)`` of that in a step.
         """
-        return 2.0 * self.rope.mass_per_m * (self.numbers.link_m * step_hz) ** 2
+        return 2.0 * self.rope.mass_per_m * (self.constants.link_m * step_hz) ** 2

@@ -1,4 +1,4 @@
-"""The tow point: how it moves through the air and in gravity, along Earth-fixed axes."""
+"""The tow point: its motion through air and gravity, along Earth-fixed axes."""
 
 import math
 from collections.abc import Iterator
@@ -18,11 +18,11 @@ from magsim.trajectory import Trajectory
 EARTH_SPIN_E = (0.0, 0.0, SPIN_RADPS)
 
 GUST_HZ = 10.0
-"""Gusts are drawn on a grid of their own: the step rate must not change the weather."""
+"""Gusts are drawn on a grid of their own, so that the step rate does not change them."""
 
 
 def gust_knots(gusts: Gusts, airspeed_mps: float, seed: int) -> Iterator[np.ndarray]:
-    """Gusts at the bird, one knot after the other, (3,) [m/s] north, east, down: a Gauss-Markov process on each axis.
+    """Draw gusts at the bird knot by knot, (3,) [m/s] north, east, down: a Gauss-Markov process on each axis.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ def gust_knots(gusts: Gusts, airspeed_mps: float, seed: int) -> Iterator[np.ndar
 
 
 def gusts_n(gusts: Gusts, time_s: np.ndarray, begun_s: float, airspeed_mps: float, seed: int) -> np.ndarray:
-    """Gusts at given times, straight between the knots, (n, 3) [m/s] north, east, down.
+    """Return gusts at given times, linear between the knots, (n, 3) [m/s] north, east, down.
 
     Parameters
     ----------
     gusts : Gusts
     time_s : (n,) [s]
     begun_s : float [s]
-        When the first knot is met, at or before the first time.
+        Time of the first knot, at or before the first time.
     airspeed_mps : float
     seed : int
     """
@@ -60,18 +60,18 @@ def gusts_n(gusts: Gusts, time_s: np.ndarray, begun_s: float, airspeed_mps: floa
 
 
 class Hook:
-    """The motion of a tow point as the equations of the chain take it.
+    """The motion of a tow point as input of the equations of the chain.
 
     Its place is a cubic spline through the rows of the carrier's log; velocity and acceleration are its derivatives.
-    Wind and gusts are straight between the rows.
+    Wind and gusts are linear between the rows.
 
     Parameters
     ----------
     carrier : Trajectory
     hook_b : (3,) [m]
-        Where the rope is tied, carrier axes from the datum.
+        Of the rope, carrier axes from the datum.
     wind_n, gust_n : (n, 3) [m/s]
-        Motion of the air at the carrier's rows, and what is added to it at the bird.
+        Motion of the air at the carrier's rows, and the gust that is added to it at the bird.
     """
 
     def __init__(self, carrier: Trajectory, hook_b: np.ndarray, wind_n: np.ndarray, gust_n: np.ndarray) -> None:
@@ -88,22 +88,22 @@ class Hook:
         self._rows = np.column_stack([wind_e, wind_e + rotate_back(rot_ne, gust_n), density])
 
     def place_e(self, time_s: np.ndarray) -> np.ndarray:
-        """Earth-fixed place, (n, 3) [m]."""
+        """Return the Earth-fixed place, (n, 3) [m]."""
         return self.origin_e + self._place(time_s)
 
     def velocity_e(self, time_s: np.ndarray) -> np.ndarray:
-        """Velocity over ground along Earth-fixed axes, (n, 3) [m/s]."""
+        """Return the velocity over ground along Earth-fixed axes, (n, 3) [m/s]."""
         return self._place(time_s, 1)
 
     def calm(self, time_s: float) -> np.ndarray:
-        """What acts on a line at a time if nothing shakes the hook, (10,): no acceleration, no gust at the body."""
+        """Return the forcing of a chain below an unaccelerated hook without gusts, (10,): see ``dynamics``."""
         out = self.air(np.array([time_s]))[0]
         out[:3] += self._place(time_s, 2)
         out[6:9] = out[3:6]
         return out
 
     def air(self, time_s: np.ndarray) -> np.ndarray:
-        """What acts on a line at given times, (n, 10): see ``chain``."""
+        """Return the forcing of a chain at given times, (n, 10): see ``dynamics``."""
         velocity = self._place(time_s, 1)
         coriolis = 2.0 * SPIN_RADPS * np.column_stack([-velocity[:, 1], velocity[:, 0], np.zeros(len(velocity))])
         out = np.empty((len(time_s), 10))

@@ -6,7 +6,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Swing:
+class BirdMotion:
     """One flight of a body under its rope, relative to the tow point, along the common axes.
 
     Attributes
@@ -17,7 +17,7 @@ class Swing:
     quaternion : (m, 4)
         From the body's axes to the common ones.
     rate_b : (m, 3) [rad/s]
-        Body's axes.
+        TowedBody's axes.
     bridle_m : (m, 3)
         Lower end of the rope.
     tension_n : (m, 2) [N]
@@ -25,9 +25,9 @@ class Swing:
     least_n, most_n : float [N]
         Over all links and steps.
     begun_s : float [s]
-        When the line began to swing: before the first row where the log was cut.
+        Start of the motion: before the first row if the log was cut.
     slack_s, lost_s : float or None
-        When a link first pushed, which a rope cannot; when the numbers ceased to be numbers.
+        Time of the first compression of a link, which a rope cannot bear; time of the first NaN.
     """
 
     time_s: np.ndarray
@@ -44,7 +44,30 @@ class Swing:
     lost_s: float | None
 
     @classmethod
-    def of(cls, time_s: np.ndarray, table: np.ndarray, **found: float | None) -> "Swing":
-        """From times (m,) and logged rows (m, 18): place, velocity, rate, quaternion, bridle, tensions."""
+    def of(
+        cls,
+        time_s: np.ndarray,
+        table: np.ndarray,
+        *,
+        least_n: float,
+        most_n: float,
+        begun_s: float,
+        slack_s: float | None,
+        lost_s: float | None,
+    ) -> "BirdMotion":
+        """Build from times (m,) and logged rows (m, 18): place, velocity, rate, quaternion, bridle, tensions."""
         place, velocity, rate, quaternion, bridle, tension = np.split(table, [3, 6, 9, 13, 16], axis=1)
-        return cls(time_s, place, velocity, quaternion, rate, bridle, tension, **found)
+        return cls(
+            time_s,
+            place,
+            velocity,
+            quaternion,
+            rate,
+            bridle,
+            tension,
+            least_n=least_n,
+            most_n=most_n,
+            begun_s=begun_s,
+            slack_s=slack_s,
+            lost_s=lost_s,
+        )

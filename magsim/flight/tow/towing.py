@@ -7,13 +7,13 @@ import numpy as np
 from magsim.aircraft import Aircraft, Bird
 from magsim.earth.wgs84 import geodetic_from_ecef, quaternion_en_at, rot_ne_at, transport_rate
 from magsim.errors import DataError, RequestError
-from magsim.flight.tow.chain import Line
-from magsim.flight.tow.equilibrium import Steady, hanging
+from magsim.flight.tow.chain import Chain
+from magsim.flight.tow.equilibrium import Equilibrium, hanging_state
 from magsim.flight.tow.hook import Hook, gusts_n
-from magsim.flight.tow.integration import swing
+from magsim.flight.tow.integration import integrate
 from magsim.flight.tow.modes import modes
-from magsim.flight.tow.motion import Swing
-from magsim.flight.tow.setup import equilibrium, hook_of, line_of
+from magsim.flight.tow.motion import BirdMotion
+from magsim.flight.tow.setup import chain_of, hook_of, require_equilibrium
 from magsim.frames import (
     attitude_from_quaternion_nb,
     quaternion_inverse,
@@ -32,10 +32,10 @@ STEPS_HZ = (120, 240, 480, 960, 1920)
 """Steps a second: the first of them that the tension of the rope allows."""
 
 SLOW_HZ = 3.0
-"""Modes below this are noted: swing, pitch, yaw and roll of the bird."""
+"""Modes below this are noted: pendulum, pitch, yaw and roll of the bird."""
 
 MARGIN = 1.25
-"""The tension that a step rate bears over the largest that was met."""
+"""Stable tension of a step rate over the largest tension of the flight."""
 
 
 def tow_bird(
@@ -43,9 +43,9 @@ def tow_bird(
     scenario: Scenario,
     aircraft: Aircraft,
     bird: Bird,
-    flown: Swing | None = None,
+    flown: BirdMotion | None = None,
 ) -> Flight:
-    """The same flight with a bird under it.
+    """Add a bird to a flight.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ def tow_bird(
         With a tow.
     aircraft : Aircraft
     bird : Bird
-    flown : Swing, optional
-        How the bird swung while it pulled on the carrier; without it, the bird is flown here and does not pull.
+    flown : BirdMotion, optional
+        Motion of a bird that pulled on the carrier; without it, the bird is integrated here and does not pull.
 
     Returns
     -------
@@ -66,9 +66,9 @@ def tow_bird(
     Raises
     ------
     RequestError
-        If the line cannot hang, or the steps asked for are too few.
+        If the chain has no equilibrium, or the given step rate is too low.
     DataError
-        If the rope goes slack, the bird leaves its model, or the numbers are lost.
+        If the rope goes slack, the bird leaves its model, or the motion diverges.
     """
     tow = scenario.tow
     assert tow is not None
@@ -76,25 +76,25 @@ def tow_bird(
     hook = hook_under(flight.carrier, scenario, aircraft, flight.wind_n, begun_s)
     first = hook.calm(float(flight.carrier.time_s[0]))
     speed, density = float(np.linalg.norm(first[3:6])), float(first[9])
-    found = equilibrium(tow, bird, speed, density)
-    line, step_hz = line_of(tow, bird), scenario.flight.step_hz
+    equilibrium = require_equilibrium(tow, bird, speed, density)
+    chain, step_hz = chain_of(tow, bird), scenario.flight.step_hz
     if flown is None:
-        flown, step_hz = swing_under(flight.carrier, hook, line, found, tow.step_hz)
-    _check(flown, line, tow, step_hz)
+        flown, step_hz = integrate_under(flight.carrier, hook, chain, equilibrium, tow.step_hz)
+    _check(flown, chain, tow, step_hz)
     path = trajectory(flown, hook, bird.facts.cg_t)
     _check_flow(path, flown, hook, math.radians(bird.facts.limits.flow_angle.value))
-    every = modes(line, found, speed, density)
+    every = modes(chain, equilibrium, speed, density)
     slow = sorted(mode for mode in every if 0.0 < mode.frequency_hz < SLOW_HZ)
     notes = {
         "bird": bird.name,
         "coupling": tow.coupling,
-        "rope_m": line.rope.length_m,
-        "links": line.links,
-        "mass_kg": line.body.mass_kg,
+        "rope_m": chain.rope.length_m,
+        "links": chain.links,
+        "mass_kg": chain.body.mass_kg,
         "step_hz": step_hz,
         "log_hz": round(path.rate_hz),
-        "steady_trail_deg": math.degrees(found.trail),
-        "steady_pitch_deg": math.degrees(found.pitch),
+        "steady_trail_deg": math.degrees(equilibrium.trail),
+        "steady_pitch_deg": math.degrees(equilibrium.pitch),
         "modes_hz": [mode.frequency_hz for mode in slow],
         "modes_damping": [mode.damping for mode in slow],
         "least_tension_n": flown.least_n,
@@ -103,29 +103,29 @@ def tow_bird(
     return flight.with_bird(path, rope_angles(flown, hook), {"tow": notes})
 
 
-def swing_under(
-    carrier: Trajectory, hook: Hook, line: Line, found: Steady, asked_hz: int | None = None
-) -> tuple[Swing, int]:
-    """How a bird swings under a carrier that it does not pull on, and the steps a second [Hz] that this took.
+def integrate_under(
+    carrier: Trajectory, hook: Hook, chain: Chain, equilibrium: Equilibrium, given_hz: int | None = None
+) -> tuple[BirdMotion, int]:
+    """Integrate a bird under a carrier that it does not pull on; return the motion and the step rate [Hz].
 
     Parameters
     ----------
     carrier : Trajectory
-        Its first and last times are those of the swing.
+        Its first and last times are those of the motion.
     hook : Hook
-    line : Line
-    found : Steady
-        The equilibrium in which it begins.
-    asked_hz : int, optional
+    chain : Chain
+    equilibrium : Equilibrium
+        Of the start.
+    given_hz : int, optional
         Steps a second; without it the fewest of ``STEPS_HZ`` that the tension allows.
     """
     start_s, last_s = float(carrier.time_s[0]), float(carrier.time_s[-1])
-    least_n = MARGIN * float(found.tension_n.max())
-    fitting = [rate for rate in STEPS_HZ if line.stable_tension_n(rate) >= least_n] or STEPS_HZ[-1:]
-    state = hanging(line, found, hook.calm(start_s))
-    for step_hz in fitting if asked_hz is None else (asked_hz,):
-        flown = swing(
-            [line],
+    least_n = MARGIN * float(equilibrium.tension_n.max())
+    fitting = [rate for rate in STEPS_HZ if chain.stable_tension_n(rate) >= least_n] or STEPS_HZ[-1:]
+    state = hanging_state(chain, equilibrium, hook.calm(start_s))
+    for step_hz in fitting if given_hz is None else (given_hz,):
+        flown = integrate(
+            [chain],
             [state],
             [hook.air],
             start_s=start_s,
@@ -133,7 +133,7 @@ def swing_under(
             step_hz=step_hz,
             log_hz=LOG_HZ,
         )[0]
-        if flown.lost_s is None and MARGIN * flown.most_n <= line.stable_tension_n(step_hz):
+        if flown.lost_s is None and MARGIN * flown.most_n <= chain.stable_tension_n(step_hz):
             break
     return flown, step_hz
 
@@ -141,7 +141,7 @@ def swing_under(
 def hook_under(
     carrier: Trajectory, scenario: Scenario, aircraft: Aircraft, wind_n: np.ndarray | None, begun_s: float
 ) -> Hook:
-    """The hook of a scenario's carrier, with the air that it meets.
+    """Build the hook of a scenario's carrier, with the air along its path.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def hook_under(
     wind_n : (n, 3) [m/s], optional
         Without it, the wind of the scenario.
     begun_s : float [s]
-        When the bird met the first of its gusts.
+        Time of the bird's first gust.
     """
     tow = scenario.tow
     assert tow is not None
@@ -162,12 +162,12 @@ def hook_under(
     return Hook(carrier, np.array(hook_of(tow, aircraft)), wind, gust)
 
 
-def trajectory(flown: Swing, hook: Hook, cg_t: tuple[float, float, float]) -> Trajectory:
-    """Motion of the bird over the Earth from its motion below the hook.
+def trajectory(flown: BirdMotion, hook: Hook, cg_t: tuple[float, float, float]) -> Trajectory:
+    """Convert the motion of the bird below the hook to that over the Earth.
 
     Parameters
     ----------
-    flown : Swing
+    flown : BirdMotion
     hook : Hook
     cg_t : (3,) [m]
         Center of gravity of the bird from its datum, bird axes.
@@ -185,8 +185,8 @@ def trajectory(flown: Swing, hook: Hook, cg_t: tuple[float, float, float]) -> Tr
     return Trajectory(flown.time_s, lat, lon, alt, velocity_n, attitude, rate_b, np.array(cg_t))
 
 
-def rope_angles(flown: Swing, hook: Hook) -> dict[str, np.ndarray]:
-    """Angles of the straight line from hook to bridle, as seen along the carrier's course over ground; tension.
+def rope_angles(flown: BirdMotion, hook: Hook) -> dict[str, np.ndarray]:
+    """Return the angles of the straight line from hook to bridle, along the carrier's course, and the tension.
 
     Returns
     -------
@@ -207,36 +207,36 @@ def rope_angles(flown: Swing, hook: Hook) -> dict[str, np.ndarray]:
     }
 
 
-def _check(flown: Swing, line: Line, tow: Tow, step_hz: int) -> None:
-    """Refuse a flight whose steps were too few, whose rope was slack, or whose numbers were lost."""
-    stable = line.stable_tension_n(step_hz)
+def _check(flown: BirdMotion, chain: Chain, tow: Tow, step_hz: int) -> None:
+    """Refuse a flight with too low a step rate, with a slack rope, or with a diverged motion."""
+    stable = chain.stable_tension_n(step_hz)
     unstable = flown.lost_s is not None or flown.most_n > stable
     key = "flight.step_hz" if tow.coupling == "two_way" else "tow.step_hz" if tow.step_hz else ""
     if unstable and key:
         what = f"was lost at t = {flown.lost_s:.1f} s" if flown.lost_s is not None else f"took {flown.most_n:.0f} N"
         msg = (
-            f"{key}: {step_hz} steps a second bear {stable:.0f} N in a rope of {line.links} links, but it "
+            f"{key}: {step_hz} steps a second bear {stable:.0f} N in a rope of {chain.links} links, but it "
             f"{what}; allowed: more steps, or fewer links"
         )
         raise RequestError(msg)
-    # steps too few even for what it takes at rest shake a rope slack before they lose it
+    # a step rate too low even for the tension at rest makes the rope slack before it diverges
     if flown.slack_s is not None and flown.tension_n[0].max() <= stable:
         msg = (
             f"the rope went slack at t = {flown.slack_s:.1f} s: the hook moved down or turned faster than the bird "
-            f"falls; allowed: gentler maneuvers and gusts, less bank, or a heavier bird than {line.body.mass_kg:g} kg"
+            f"falls; allowed: gentler maneuvers and gusts, less bank, or a heavier bird than {chain.body.mass_kg:g} kg"
         )
         raise DataError(msg)
     if unstable:
         when = "" if flown.lost_s is None else f" at t = {flown.lost_s:.1f} s"
         msg = (
             f"the swing of the bird diverged{when}: {step_hz} steps a second bear {stable:.0f} N in a rope of "
-            f"{line.links} links of {line.rope.mass_per_m:g} kg/m; allowed: fewer links, or a heavier rope"
+            f"{chain.links} links of {chain.rope.mass_per_m:g} kg/m; allowed: fewer links, or a heavier rope"
         )
         raise DataError(msg)
 
 
-def _check_flow(path: Trajectory, flown: Swing, hook: Hook, most: float) -> None:
-    """Refuse a bird that the air meets from where its model ends."""
+def _check_flow(path: Trajectory, flown: BirdMotion, hook: Hook, most: float) -> None:
+    """Refuse a bird with a flow angle outside its model."""
     rot_ne = rot_ne_at(path.lat_rad, path.lon_rad)
     air_n = rotate(rot_ne, hook.air(flown.time_s)[:, 6:9] - flown.velocity_mps)
     flow_b = rotate_back(rot_nb_from_attitude(path.attitude), air_n)

@@ -1,10 +1,11 @@
-"""The card of a data set: what people must know about it, written from its recipe, manifest and statistics."""
+"""The card of a data set: a description for users, from its recipe, manifest and statistics."""
 
 import json
 from collections.abc import Sequence
 
 from magsim import columns
 from magsim.dataset import Manifest
+from magsim.generation.description.contents import rows_in_split
 from magsim.generation.description.statistics import STATISTICS, Statistics
 from magsim.generation.recipe import LoadedRecipe
 
@@ -15,12 +16,12 @@ LICENSES = {"CC-BY-4.0": "Creative Commons Attribution 4.0 International"}
 
 
 def license_url(license_: str) -> str:
-    """Page of an SPDX identifier."""
+    """Return the address of the page of an SPDX identifier."""
     return f"https://spdx.org/licenses/{license_}.html"
 
 
 def citation(loaded: LoadedRecipe) -> str:
-    """How to cite it, in BibTeX."""
+    """Return the BibTeX entry of a data set."""
     recipe = loaded.recipe
     return (
         f"@misc{{magsim_{loaded.name}, title = {{{recipe.title}}}, author = {{{{{recipe.creator}}}}}, "
@@ -29,18 +30,18 @@ def citation(loaded: LoadedRecipe) -> str:
 
 
 def card(loaded: LoadedRecipe, manifest: Manifest, statistics: Statistics) -> str:
-    """The card in Markdown: the same text for the same recipe, manifest and statistics."""
+    """Return the card in Markdown: the same text for the same recipe, manifest and statistics."""
     recipe = loaded.recipe
     blocks = [
         _front_matter(loaded),
         f"# {recipe.title}",
         recipe.description.strip(),
-        _section("What is in it", _files(loaded, manifest)),
+        _section("Contents", _files(loaded, manifest)),
         _section("Splits", SPLITS),
         _section("Columns", _columns(manifest, statistics)),
         _section("Statistics", _numbers(manifest, statistics)),
-        _section("Made by", _made(loaded, manifest)),
-        _section("Good for", _list(recipe.uses)) if recipe.uses else "",
+        _section("Generation", _made(loaded, manifest)),
+        _section("Uses", _list(recipe.uses)) if recipe.uses else "",
         _section("Limits", _list(recipe.limits)) if recipe.limits else "",
         _section("License and citation", _license(loaded)),
     ]
@@ -48,8 +49,8 @@ def card(loaded: LoadedRecipe, manifest: Manifest, statistics: Statistics) -> st
 
 
 SPLITS = (
-    "The column `split` tells for each row what it is for: 0 train, 1 valid, 2 test. Rows are split by flight, circuit "
-    "or leg, never at random and never by window: a part may be filtered whole, and its first and last 30 s left out."
+    "The column `split` states the purpose of each row: 0 train, 1 valid, 2 test. Rows are split by flight, circuit or "
+    "leg, never at random and never by window: a part can be filtered as one, without its first and last 30 s."
 )
 
 
@@ -67,7 +68,7 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _front_matter(loaded: LoadedRecipe) -> str:
-    """What data hubs read of a card."""
+    """Return the lines that data hubs read."""
     recipe = loaded.recipe
     tags = ["tags:", *(f"- {word}" for word in recipe.keywords)] if recipe.keywords else []
     title = json.dumps(recipe.title, ensure_ascii=False)
@@ -75,15 +76,15 @@ def _front_matter(loaded: LoadedRecipe) -> str:
 
 
 def _files(loaded: LoadedRecipe, manifest: Manifest) -> str:
-    """Files with their flights, then how to have them."""
+    """Return the table of files and flights, and the commands that build and read them."""
     notes = {f"{shard.name}.h5": shard.note for shard in loaded.recipe.shards}
     rows = []
     for entry in manifest.files:
         for number, flight in enumerate(entry.flights):
-            counts = [str(flight.splits.get(word, 0)) for word in columns.SPLITS.values()]
+            counts = [str(rows_in_split(flight, split)) for split in columns.SPLITS.values()]
             first = (f"`{entry.name}`", notes.get(entry.name, "")) if not number else ("", "")
             rows.append([*first, f"`{flight.name}`", *counts])
-    table = _table(["file", "what", "flight", "train rows", "valid rows", "test rows"], rows)
+    table = _table(["file", "content", "flight", "train rows", "valid rows", "test rows"], rows)
     files = f"{manifest.size / 1e6:.1f} MB in {len(manifest.files)} file{'s' if len(manifest.files) > 1 else ''}, HDF5"
     folder = f"data/{loaded.name}"
     commands = [
@@ -106,11 +107,11 @@ def _code(language: str, lines: Sequence[str]) -> str:
 
 
 def _columns(manifest: Manifest, statistics: Statistics) -> str:
-    """Families of columns, and the files that have them where not all do."""
+    """Return the families of columns, with the files that have them unless all do."""
     named: dict[columns.Family, dict[str, None]] = {}
     files: dict[columns.Family, dict[str, None]] = {}
     for file, _, column in statistics:
-        family = columns.find(column)
+        family = columns.family_of(column)
         named.setdefault(family, {})[column] = None
         files.setdefault(family, {})[file] = None
     rows = []
@@ -122,28 +123,28 @@ def _columns(manifest: Manifest, statistics: Statistics) -> str:
 
 
 def _numbers(manifest: Manifest, statistics: Statistics) -> str:
-    """Readings and labels; everything else is in the table beside the card."""
+    """Return the statistics of readings and labels; those of all columns are in a file beside the card."""
     rows = [
         [f"`{file}`", split, f"`{column}`", str(s.rows), *(f"{x:.3f}" for x in (s.least, s.largest, s.mean, s.std))]
         for (file, split, column), s in statistics.items()
         if columns.find(column) in (columns.MAG, columns.INTERFERENCE)
     ]
     table = _table(["file", "split", "column", "rows", "min nT", "max nT", "mean nT", "std nT"], rows)
-    return f"{table}\n\n`{STATISTICS}` has the same of every column."
+    return f"{table}\n\n`{STATISTICS}` has the statistics of every column."
 
 
 def _made(loaded: LoadedRecipe, manifest: Manifest) -> str:
-    """Scenarios, settings, machine."""
+    """Return the scenarios, their settings, and the kind of machine."""
     rows = []
     for shard in loaded.recipe.shards:
         for flight in shard.flights:
             settings = "<br>".join(f"`{text}`" for text in (*shard.set_, *flight.set_))
-            rows.append([f"`{flight.name}`", f"`{flight.scenario}`", settings or "as it is"])
+            rows.append([f"`{flight.name}`", f"`{flight.scenario}`", settings or "none"])
     machine = "; ".join(f"{name.replace('_', ' ')} {value}" for name, value in manifest.made_on.items())
     text = (
-        "Every flight is flown by magsim from a scenario, whose text and seed are in the file. On a machine of this "
-        "kind the files are those of the manifest in every byte; on another kind each sample is within 1e-4 nT. "
-        "`magsim dataset build` checks it.\n\n"
+        "Every flight is simulated from a scenario, whose text and seed are in the file. On a machine of this kind the "
+        "files equal those of the manifest in every byte; on another kind each sample is within 1e-4 nT. "
+        "`magsim dataset build` checks this.\n\n"
         f"Made on: {machine}."
     )
     return f"{_table(['flight', 'scenario', 'settings'], rows)}\n\n{text}"

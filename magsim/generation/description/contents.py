@@ -1,4 +1,4 @@
-"""What lies in a folder of recordings, counted from the files themselves."""
+"""Contents of a folder of recordings, from the files themselves: manifest, samples, statistics."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,23 +6,23 @@ from pathlib import Path
 from magsim import columns
 from magsim.dataset import Dataset, FileEntry, FlightEntry, Manifest, split_rows
 from magsim.generation.description import samples, statistics
-from magsim.generation.description.samples import Samples
-from magsim.generation.description.statistics import Statistics
+from magsim.generation.description.samples import ColumnSample, Samples
+from magsim.generation.description.statistics import Statistic, Statistics
 from magsim.recording import Recording, read_recordings
 from magsim.recording.verify import verify
 
 
 @dataclass(frozen=True)
-class Survey:
-    """A manifest of some files with the samples that go with it, and their statistics."""
+class Contents:
+    """Manifest, samples and statistics of the files of a folder."""
 
     manifest: Manifest
     samples: Samples
     statistics: Statistics
 
 
-def survey(folder: Path, dataset: str, made_on: dict[str, str], count: int) -> Survey:
-    """Look at every file of a folder.
+def contents_of(folder: Path, dataset: str, made_on: dict[str, str], count: int) -> Contents:
+    """Read every file of a folder.
 
     Parameters
     ----------
@@ -30,29 +30,37 @@ def survey(folder: Path, dataset: str, made_on: dict[str, str], count: int) -> S
     dataset : str
         Name of the data set.
     made_on : dict
-        The machine that made it, see ``storage.machine.fingerprint``.
+        The kind of machine that made it, see ``storage.machine.fingerprint``.
     count : int
-        Rows of each flight to keep as samples.
+        Rows of each flight to sample.
 
     Raises
     ------
     DataError
-        If a file is not sound in every byte.
+        If a file is damaged.
     """
-    entries, lines, table = [], {}, {}
+    entries: list[FileEntry] = []
+    lines: dict[tuple[str, str], ColumnSample] = {}
+    table: dict[tuple[str, str, str], Statistic] = {}
     for path in Dataset(folder).files:
         found = verify(path)
         recordings = read_recordings(path)
         flights = tuple(_entry(recording) for recording in recordings)
         entries.append(FileEntry(name=path.name, sha256=found.digest, size=found.size, flights=flights))
         for recording in recordings:
-            lines |= samples.take(recording, count)
+            lines.update(samples.take(recording, count))
         table |= statistics.of_file(path.name, recordings)
     manifest = Manifest(manifest=1, dataset=dataset, made_on=made_on, files=tuple(entries))
-    return Survey(manifest, lines, table)
+    return Contents(manifest, lines, table)
 
 
 def _entry(recording: Recording) -> FlightEntry:
     splits = split_rows(recording[columns.SPLIT.pattern])
     digest = str(recording.meta.get("digest", ""))
-    return FlightEntry(name=recording.name, rows=len(recording), digest=digest, splits=splits)
+    entry = {"name": recording.name, "rows": len(recording), "digest": digest, "splits": splits}
+    return FlightEntry.model_validate(entry)
+
+
+def rows_in_split(flight: FlightEntry, split: str) -> int:
+    """Return the number of rows of a flight in a split, 0 if it has none."""
+    return sum(count for name, count in flight.splits.items() if name == split)

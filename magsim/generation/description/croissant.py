@@ -1,8 +1,8 @@
 """Croissant metadata of a data set (MLCommons Croissant 1.0, JSON-LD), from its recipe, manifest and statistics.
 
 Every file has its checksum. The rows of all flights are one set of records, with a field for each column: HDF5 has no
-extraction rule of its own in Croissant, so ``column`` names the entry of ``<role>_channel``. Splits and flights are
-records that stand in the metadata themselves, and the statistics are a table that readers of Croissant load.
+extraction rule of its own in Croissant, so ``column`` names the entry of ``<role>_channel``. The records of splits and
+flights are in the metadata themselves, and the statistics are a table that readers of Croissant load.
 """
 
 import json
@@ -10,6 +10,7 @@ import json
 from magsim import columns
 from magsim.dataset import Manifest
 from magsim.generation.description.card import CARD, citation, license_url
+from magsim.generation.description.contents import rows_in_split
 from magsim.generation.description.statistics import HEADER, STATISTICS, Statistics
 from magsim.generation.recipe import LoadedRecipe
 
@@ -63,14 +64,14 @@ SPLIT_URLS = {"train": "cr:TrainingSplit", "valid": "cr:ValidationSplit", "test"
 
 
 def croissant(loaded: LoadedRecipe, manifest: Manifest, statistics: Statistics, statistics_sha256: str) -> str:
-    """The text of the file: the same for the same recipe, manifest and statistics.
+    """Return the text of the file: the same for the same recipe, manifest and statistics.
 
     Parameters
     ----------
     loaded : LoadedRecipe
     manifest : Manifest
     statistics : mapping
-        Tells which columns there are, and in which files.
+        States which columns exist, and in which files.
     statistics_sha256 : str
         Checksum of the text of the statistics.
     """
@@ -97,7 +98,7 @@ def croissant(loaded: LoadedRecipe, manifest: Manifest, statistics: Statistics, 
 
 
 def _distribution(manifest: Manifest, statistics_sha256: str) -> list[dict[str, object]]:
-    files = [
+    files: list[dict[str, object]] = [
         {
             "@type": "cr:FileObject",
             "@id": entry.name,
@@ -110,16 +111,16 @@ def _distribution(manifest: Manifest, statistics_sha256: str) -> list[dict[str, 
         }
         for entry in manifest.files
     ]
-    table = {
+    table: dict[str, object] = {
         "@type": "cr:FileObject",
         "@id": STATISTICS,
         "name": STATISTICS,
-        "description": "count, least, largest, mean and standard deviation of every column, by file and split",
+        "description": "count, minimum, maximum, mean and standard deviation of every column, by file and split",
         "contentUrl": STATISTICS,
         "encodingFormat": "text/csv",
         "sha256": statistics_sha256,
     }
-    flights = {
+    flights: dict[str, object] = {
         "@type": "cr:FileSet",
         "@id": "flight-groups",
         "name": "flight-groups",
@@ -148,12 +149,12 @@ def _splits() -> dict[str, object]:
         "@type": "cr:RecordSet",
         "@id": "splits",
         "name": "splits",
-        "description": "what rows are for",
+        "description": "purpose of the rows",
         "dataType": "cr:Split",
         "key": {"@id": "splits/name"},
         "field": [
-            _field("splits", "name", "sc:Text", "word of the split"),
-            _field("splits", "url", "sc:URL", "what Croissant calls it"),
+            _field("splits", "name", "sc:Text", "name of the split"),
+            _field("splits", "url", "sc:URL", "its name in Croissant"),
             _field("splits", "code", "sc:Integer", "value of the column split"),
         ],
         "data": [
@@ -170,7 +171,7 @@ def _flights(manifest: Manifest) -> dict[str, object]:
     ]
     data = [
         {"flights/name": flight.name, "flights/file": entry.name}
-        | {f"flights/{word}_rows": flight.splits.get(word, 0) for word in SPLIT_URLS}
+        | {f"flights/{word}_rows": rows_in_split(flight, word) for word in SPLIT_URLS}
         for entry in manifest.files
         for flight in entry.flights
     ]
@@ -186,14 +187,14 @@ def _flights(manifest: Manifest) -> dict[str, object]:
 
 
 def _rows(manifest: Manifest, statistics: Statistics) -> dict[str, object]:
-    """One field for each column that any flight has."""
+    """Return the records of rows, with one field for each column that any flight has."""
     files: dict[str, dict[str, None]] = {}
     for file, _, column in statistics:
         files.setdefault(column, {})[file] = None
     fields = [_row_field(columns.TIME, "time from the first recorded row, in s")]
     order = {family: place for place, family in enumerate(columns.FAMILIES)}
-    for column in sorted(files, key=lambda name: order[columns.find(name)]):
-        family = columns.find(column)
+    for column in sorted(files, key=lambda name: order[columns.family_of(name)]):
+        family = columns.family_of(column)
         text = f"{family.role}: {family.meaning}" + ("" if family.unit == "1" else f"; in {family.unit}")
         if len(files[column]) < len(manifest.files):
             text += f"; only in {', '.join(files[column])}"
@@ -202,7 +203,7 @@ def _rows(manifest: Manifest, statistics: Statistics) -> dict[str, object]:
         "@type": "cr:RecordSet",
         "@id": "rows",
         "name": "rows",
-        "description": "one record for each row of each flight; the column split tells what it is for",
+        "description": "one record for each row of each flight; the column split states its purpose",
         "field": fields,
     }
 

@@ -1,11 +1,11 @@
-"""Samples of a data set: what another machine's numbers are compared with, without the data themselves.
+"""Samples of a data set, to compare the numbers of another machine without the data themselves.
 
-``samples.csv`` has a line for each column of each flight: a digest of all its values, which tells whether a column is
-the same in every bit; a sum of all rows with fixed random signs; and the values of some rows, evenly spread from the
-first to the last. A column agrees with its line if each of those rows is within the tolerance of its unit, and the sum
-within six times the tolerance times the square root of the number of rows: as much as errors of the size of the
-tolerance and of any sign leave with a chance below 1e-7 (Hoeffding). So the rows in between count too: a change of a
-single one shows where it is larger than that bound, in nT 0.04 for 4000 rows.
+``samples.csv`` has a line for each column of each flight: a digest of all its values, to compare all bits; a sum of all
+rows with fixed random signs; and the values of some rows, evenly spaced from the first to the last. A column agrees
+with its line if each of these rows is within the tolerance of its unit, and the sum within six times the tolerance
+times the square root of the number of rows: errors of the size of the tolerance, of any sign, exceed that with a
+probability below 1e-7 (Hoeffding). So the rows in between count too: a change of a single one is found if it is larger
+than that bound, 0.04 nT for 4000 rows.
 """
 
 import hashlib
@@ -40,15 +40,15 @@ TOLERANCES = {
     "degC": 1e-4,
     "1": 0.0,
 }
-"""How far a value may be from that of another machine, by the unit of its column."""
+"""Allowed difference of a value from that of another machine, by the unit of its column."""
 
 SIGMAS = 6.0
 DIGEST_DIGITS = 16
 
 
 @dataclass(frozen=True)
-class Line:
-    """What is kept of one column of one flight.
+class ColumnSample:
+    """Sample of one column of one flight.
 
     Attributes
     ----------
@@ -65,12 +65,12 @@ class Line:
     values: tuple[float, ...]
 
 
-Samples = Mapping[tuple[str, str], Line]
-"""Lines by flight and column."""
+Samples = Mapping[tuple[str, str], ColumnSample]
+"""By flight and column."""
 
 
 def sampled_rows(rows: int, count: int) -> np.ndarray:
-    """Numbers of the rows that are kept, from the first to the last."""
+    """Return the numbers of the sampled rows, from the first to the last."""
     return np.unique(np.linspace(0, rows - 1, min(rows, count)).round().astype(int))
 
 
@@ -79,22 +79,22 @@ def _signs(rows: int) -> np.ndarray:
     return np.where(stream(0, "dataset/signs").integers(2, size=rows) == 1, 1.0, -1.0)
 
 
-def take(recording: Recording, count: int) -> Iterator[tuple[tuple[str, str], Line]]:
-    """Lines of every column of a flight, with the values as they are printed."""
+def take(recording: Recording, count: int) -> Iterator[tuple[tuple[str, str], ColumnSample]]:
+    """Yield the samples of every column of a flight, with the values as printed."""
     kept, signs = sampled_rows(len(recording), count), _signs(len(recording))
     for name, values in recording.data.items():
         digest = hashlib.sha256(np.ascontiguousarray(values, dtype="<f8").tobytes()).hexdigest()[:DIGEST_DIGITS]
-        told = tuple(float(_printed(name, value)) for value in values[kept].tolist())
-        yield (recording.name, name), Line(digest, float(_printed(name, math.fsum(signs * values))), told)
+        printed = tuple(float(_printed(name, value)) for value in values[kept].tolist())
+        yield (recording.name, name), ColumnSample(digest, float(_printed(name, math.fsum(signs * values))), printed)
 
 
 def tolerance(column: str) -> float:
-    """How far a value of a column may be from that of another machine."""
-    return TOLERANCES[columns.find(column).unit]
+    """Return the allowed difference of a value of a column from that of another machine."""
+    return TOLERANCES[columns.family_of(column).unit]
 
 
 def _printed(column: str, value: float) -> str:
-    """A value with two digits below its tolerance; all digits where nothing may differ."""
+    """Return a value with two digits below its tolerance; with all digits if nothing may differ."""
     allowed = tolerance(column)
     if not allowed:
         return f"{value:.17g}"
@@ -103,7 +103,7 @@ def _printed(column: str, value: float) -> str:
 
 
 def to_text(samples: Samples) -> str:
-    """The text of the file."""
+    """Return the text of the file."""
     most = max(len(line.values) for line in samples.values())
     lines = [",".join(["flight", "column", "sha256", "sum", *(f"v{i}" for i in range(1, most + 1))])]
     for (flight, column), line in samples.items():
@@ -112,37 +112,37 @@ def to_text(samples: Samples) -> str:
     return "\n".join(lines) + "\n"
 
 
-def read(path: Path) -> dict[tuple[str, str], Line]:
-    """Read the samples that lie beside a manifest.
+def read(path: Path) -> dict[tuple[str, str], ColumnSample]:
+    """Read the samples beside a manifest.
 
     Raises
     ------
     RequestError
         If there is no such file.
     DataError
-        If it is no such file.
+        If it is not such a file.
     """
-    out: dict[tuple[str, str], Line] = {}
+    out: dict[tuple[str, str], ColumnSample] = {}
     text = read_bounded(path).decode("utf-8", "replace")
     for number, row in enumerate(text.splitlines()[1:], start=2):
         try:
             flight, column, digest, total, *values = row.split(",")
             columns.role_of(column)
-            out[flight, column] = Line(digest, float(total), tuple(float(value) for value in values))
+            out[flight, column] = ColumnSample(digest, float(total), tuple(float(value) for value in values))
         except (ValueError, KeyError):
-            msg = f"{path}:{number}: is no line of samples; allowed: flight, column, sha256, sum and values"
+            msg = f"{path}:{number}: is not a line of samples; allowed: flight, column, sha256, sum and values"
             raise DataError(msg) from None
     return out
 
 
 def distance(column: str, one: float, other: float) -> float:
-    """How far two values are apart; 359.9 degrees and 0 are 0.1 apart."""
+    """Return the difference of two values; that of 359.9 degrees and 0 is 0.1."""
     apart = one - other
-    if columns.find(column).unit == "deg":
+    if columns.family_of(column).unit == "deg":
         apart = (apart + 180.0) % 360.0 - 180.0
     return abs(apart)
 
 
 def sum_tolerance(column: str, rows: int) -> float:
-    """How far the signed sum of a column may be from that of another machine."""
+    """Return the allowed difference of the signed sum of a column from that of another machine."""
     return SIGMAS * tolerance(column) * math.sqrt(rows)

@@ -1,4 +1,4 @@
-"""Statistics of a data set: count, least, largest, mean and standard deviation of every column, by file and split.
+"""Statistics of a data set: count, minimum, maximum, mean and standard deviation of every column, by file and split.
 
 Sums are rounded once (``math.fsum``), so the same data give the same text everywhere.
 """
@@ -27,7 +27,7 @@ HEADER = ("file", "split", "column", "unit", "rows", "min", "max", "mean", "std"
 class Statistic:
     """One column in the rows of one split of one file.
 
-    ``std`` divides by the number of rows. The mean of an angle is that of its numbers.
+    ``std`` divides by the number of rows. Angles are averaged as plain numbers.
     """
 
     rows: int
@@ -42,7 +42,7 @@ Statistics = Mapping[tuple[str, str, str], Statistic]
 
 
 def of_values(parts: Iterable[np.ndarray]) -> Statistic:
-    """Statistics of all values of some arrays, rounded to the digits of the table."""
+    """Return the statistics of all values of arrays, rounded to the digits of the table."""
     values = np.concatenate(list(parts))
     mean = math.fsum(values) / len(values)
     variance = math.fsum(np.square(values - mean)) / len(values)
@@ -51,7 +51,7 @@ def of_values(parts: Iterable[np.ndarray]) -> Statistic:
 
 
 def of_file(name: str, recordings: Iterable[Recording]) -> dict[tuple[str, str, str], Statistic]:
-    """Statistics of one file, in the order of splits and columns."""
+    """Return the statistics of one file, in the order of splits and columns."""
     parts: dict[tuple[str, str, str], list[np.ndarray]] = {}
     for recording in recordings:
         for split in columns.SPLITS.values():
@@ -65,24 +65,31 @@ def of_file(name: str, recordings: Iterable[Recording]) -> dict[tuple[str, str, 
 
 
 def to_text(statistics: Statistics) -> str:
-    """The text of the file."""
+    """Return the text of the file."""
     lines = [",".join(HEADER)]
     for (file, split, column), found in statistics.items():
         numbers = (found.least, found.largest, found.mean, found.std)
-        told = [file, split, column, columns.find(column).unit, str(found.rows), *(f"{x:{DIGITS}}" for x in numbers)]
-        lines.append(",".join(told))
+        cells = [
+            file,
+            split,
+            column,
+            columns.family_of(column).unit,
+            str(found.rows),
+            *(f"{x:{DIGITS}}" for x in numbers),
+        ]
+        lines.append(",".join(cells))
     return "\n".join(lines) + "\n"
 
 
 def read(path: Path) -> dict[tuple[str, str, str], Statistic]:
-    """Read the statistics that lie beside a manifest.
+    """Read the statistics beside a manifest.
 
     Raises
     ------
     RequestError
         If there is no such file.
     DataError
-        If it is no such file.
+        If it is not such a file.
     """
     out = {}
     text = read_bounded(path).decode("utf-8", "replace")
@@ -92,6 +99,6 @@ def read(path: Path) -> dict[tuple[str, str, str], Statistic]:
             columns.role_of(column)
             out[file, split, column] = Statistic(int(count), *map(float, numbers))
         except (ValueError, KeyError, TypeError):
-            msg = f"{path}:{number}: is no line of statistics; allowed: {', '.join(HEADER)}"
+            msg = f"{path}:{number}: is not a line of statistics; allowed: {', '.join(HEADER)}"
             raise DataError(msg) from None
     return out

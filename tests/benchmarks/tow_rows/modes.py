@@ -1,7 +1,7 @@
 """How a finned bird swings on its own: frequency and damping of pitch and yaw after a nudge."""
 
 from magsim.aircraft import load_bird
-from magsim.flight.tow.setup import line_of
+from magsim.flight.tow.setup import chain_of
 from magsim.scenario import Tow
 from tests.benchmarks.rows import Row, stated, within
 from tests.support.tows import nudged, strongest_mode
@@ -14,8 +14,8 @@ LOG_HZ = 8
 
 def mode(speed_mps: float, axis: int) -> tuple[float, float]:
     """Frequency [Hz] and damping ratio of the shipped bird about an axis: 1 pitch, 2 yaw."""
-    line = line_of(Tow(), load_bird("bird"))
-    return strongest_mode(nudged(line, speed_mps, axis, LOG_HZ), 1.0 / LOG_HZ, above_hz=ABOVE_HZ)
+    chain = chain_of(Tow(), load_bird("bird"))
+    return strongest_mode(nudged(chain, speed_mps, axis, LOG_HZ), 1.0 / LOG_HZ, above_hz=ABOVE_HZ)
 
 
 def rows() -> list[Row]:

@@ -8,7 +8,7 @@ import numpy as np
 from tests.benchmarks.rows import Row, at_most, stated
 from tests.benchmarks.tow_rows.steady import CASES
 from tests.support.moored import STEP_HZ, towed
-from tests.support.ropes import AIR, point_line
+from tests.support.ropes import AIR, point_chain
 from tests.support.tows import at_rest, body_of, started, states
 
 EASE_S, SECONDS, MEAN_S = 40.0, 100.0, 11.0
@@ -17,12 +17,12 @@ EASE_S, SECONDS, MEAN_S = 40.0, 100.0, 11.0
 
 def both(speed_mps: float, mass_kg: float, sway_m: float) -> tuple[np.ndarray, np.ndarray]:
     """Places of the body from its hook by the chain and by MoorDyn, (n, 3) [m]."""
-    line = point_line(mass_kg)
+    chain = point_chain(mass_kg)
     place, drive = started(speed_mps, EASE_S, sway_m)
-    time, rows, _ = states(line, at_rest(line, 1e-6), drive, seconds=SECONDS, step_hz=STEP_HZ, log_hz=STEP_HZ)
+    time, rows, _ = states(chain, at_rest(chain, 1e-6), drive, seconds=SECONDS, step_hz=STEP_HZ, log_hz=STEP_HZ)
     with tempfile.TemporaryDirectory() as folder:
-        other = towed(Path(folder), line, AIR, place(time))
-    return body_of(line, rows)[0], other
+        other = towed(Path(folder), chain, AIR, place(time))
+    return body_of(chain, rows)[0], other
 
 
 def trails_deg(place: np.ndarray) -> np.ndarray:

@@ -5,10 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from magsim.flight.tow.chain import Line, ball
+from magsim.flight.tow.chain import Chain, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, at_most, stated, within
-from tests.support.ropes import ROPE, bird_line
+from tests.support.ropes import ROPE, bird_chain
 from tests.support.tows import at_rest, body_of, level, moved, states
 
 FINEST_HZ, MOST_LINKS = 960, 40
@@ -17,9 +17,9 @@ FINEST_HZ, MOST_LINKS = 960, 40
 @cache
 def swayed(links: int, step_hz: int) -> tuple[np.ndarray, np.ndarray]:
     """Places [m] and attitude [deg] of a bird whose hook sways by 1.5 m at the swing's resonance for 40 s."""
-    line = bird_line(links)
-    _, rows, _ = states(line, at_rest(line, 25.0), moved(25.0, 1.5, 11.0), seconds=40.0, step_hz=step_hz, log_hz=10)
-    place, attitude = body_of(line, rows)
+    chain = bird_chain(links)
+    _, rows, _ = states(chain, at_rest(chain, 25.0), moved(25.0, 1.5, 11.0), seconds=40.0, step_hz=step_hz, log_hz=10)
+    place, attitude = body_of(chain, rows)
     return place, np.degrees(attitude)
 
 
@@ -36,10 +36,10 @@ def is_stable(links: int, step_hz: int, part: float) -> bool:
     link_m = ROPE.length_m / links
     limit_n = 2.0 * ROPE.mass_per_m * (link_m * step_hz) ** 2
     mass_kg = part * limit_n / G0 - ROPE.mass_per_m * (ROPE.length_m - 0.5 * link_m)
-    line = Line(ROPE, ball(mass_kg, 0.0), links)
-    state, inner = at_rest(line, 1.0, 0.0), 3 * (links - 1)
+    chain = Chain(ROPE, ball(mass_kg, 0.0), links)
+    state, inner = at_rest(chain, 1.0, 0.0), 3 * (links - 1)
     state[:inner].reshape(-1, 3)[:, 0] += 1e-4 * (-1.0) ** np.arange(links - 1)
-    _, rows, _ = states(line, state, level(0.0, 0.0), seconds=60.0, step_hz=step_hz, log_hz=step_hz)
+    _, rows, _ = states(chain, state, level(0.0, 0.0), seconds=60.0, step_hz=step_hz, log_hz=step_hz)
     off = np.abs(rows[:, :inner].reshape(len(rows), -1, 3)[:, :, :2]).max()
     return bool(np.isfinite(off) and off < 0.01)
 

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth.gravity import SPIN_RADPS
-from magsim.flight.tow.chain import Line, ball
+from magsim.flight.tow.chain import Chain, ball
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most, within
-from tests.support.ropes import ROPE, bird_line, compound_period, energy_j, flexible_period, lengths_m, point_line
+from tests.support.ropes import ROPE, bird_chain, compound_period, energy_j, flexible_period, lengths_m, point_chain
 from tests.support.tows import at_rest, body_of, decay, level, moved, states, strongest_mode, tilted
 
 DECAY = {
@@ -26,13 +26,13 @@ STIFFNESS_N = 4e5
 """Of the elastic chain."""
 
 
-def pendulum_s(line: Line, angle_deg: float = 0.3) -> float:
+def pendulum_s(chain: Chain, angle_deg: float = 0.3) -> float:
     """Period of a swing in vacuum, less what its size adds."""
     angle = math.radians(angle_deg)
     _, rows, _ = states(
-        line, tilted(line, at_rest(line, 1.0, 0.0), angle), level(0.0, 0.0), seconds=40.0, step_hz=120, log_hz=5
+        chain, tilted(chain, at_rest(chain, 1.0, 0.0), angle), level(0.0, 0.0), seconds=40.0, step_hz=120, log_hz=5
     )
-    frequency, _ = strongest_mode(body_of(line, rows)[0][:, 1], 0.2, above_hz=0.0)
+    frequency, _ = strongest_mode(body_of(chain, rows)[0][:, 1], 0.2, above_hz=0.0)
     return 1.0 / frequency / (1.0 + angle**2 / 16.0)
 
 
@@ -41,25 +41,25 @@ def decays(mass_kg: float, drag_area_m2: float, speed_mps: float) -> tuple[float
     pull = mass_kg * G0 / math.cos(0.0 if speed_mps == 0.0 else _trail(mass_kg, drag_area_m2, speed_mps))
     part = 1.0 + pull / STIFFNESS_N
     rope = replace(ROPE, length_m=ROPE.length_m * part, mass_per_m=ROPE.mass_per_m / part)
-    line = Line(rope, ball(mass_kg, drag_area_m2))
-    state = tilted(line, at_rest(line, max(speed_mps, 1e-3)), math.radians(5.0))
-    time, rows, _ = states(line, state, level(speed_mps), seconds=60.0, step_hz=120, log_hz=20)
-    return decay(time, body_of(line, rows)[0][:, 1])
+    chain = Chain(rope, ball(mass_kg, drag_area_m2))
+    state = tilted(chain, at_rest(chain, max(speed_mps, 1e-3)), math.radians(5.0))
+    time, rows, _ = states(chain, state, level(speed_mps), seconds=60.0, step_hz=120, log_hz=20)
+    return decay(time, body_of(chain, rows)[0][:, 1])
 
 
 def _trail(mass_kg: float, drag_area_m2: float, speed_mps: float) -> float:
-    place = body_of(line := point_line(mass_kg, drag_area_m2), at_rest(line, speed_mps)[None])[0][0]
+    place = body_of(chain := point_chain(mass_kg, drag_area_m2), at_rest(chain, speed_mps)[None])[0][0]
     return math.atan2(-place[0], place[2])
 
 
 def foucault_error_pct(links: int = 10) -> float:
     """Rate at which the plane of a small swing at the pole turns, against the Earth's: clockwise from above."""
-    line = Line(ROPE, ball(80.0, 0.0), links, (0.0, 0.0, SPIN_RADPS))
+    chain = Chain(ROPE, ball(80.0, 0.0), links, (0.0, 0.0, SPIN_RADPS))
     # Earth-fixed axes: up is the third one
-    state = tilted(line, tilted(line, at_rest(line, 1.0, 0.0), math.radians(1.0)), math.pi)
+    state = tilted(chain, tilted(chain, at_rest(chain, 1.0, 0.0), math.radians(1.0)), math.pi)
     air = np.array([0.0, 0.0, -G0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    time, rows, _ = states(line, state, lambda at: np.tile(air, (len(at), 1)), seconds=600.0, step_hz=60, log_hz=10)
-    place = body_of(line, rows)[0]
+    time, rows, _ = states(chain, state, lambda at: np.tile(air, (len(at), 1)), seconds=600.0, step_hz=60, log_hz=10)
+    place = body_of(chain, rows)[0]
     flat = place[:, 0] + 1j * place[:, 1]
     # the mean of the square over whole periods points along twice the angle of the plane
     period = compound_period(ROPE, 80.0)
@@ -69,32 +69,32 @@ def foucault_error_pct(links: int = 10) -> float:
     return 100.0 * abs(rate / -SPIN_RADPS - 1.0)
 
 
-def link_error_m(line: Line, step_hz: int = 60) -> float:
+def link_error_m(chain: Chain, step_hz: int = 60) -> float:
     """Largest error of a link while the hook sways by 1.5 m at the swing's resonance for ten cycles."""
-    _, rows, _ = states(line, at_rest(line, 25.0), moved(25.0, 1.5, 11.0), seconds=110.0, step_hz=step_hz, log_hz=10)
-    length = line.rope.length_m / line.links
-    return max(float(np.abs(lengths_m(line, row) - length).max()) for row in rows)
+    _, rows, _ = states(chain, at_rest(chain, 25.0), moved(25.0, 1.5, 11.0), seconds=110.0, step_hz=step_hz, log_hz=10)
+    length = chain.rope.length_m / chain.links
+    return max(float(np.abs(lengths_m(chain, row) - length).max()) for row in rows)
 
 
-def energy_drift(line: Line, step_hz: int = 60) -> float:
+def energy_drift(chain: Chain, step_hz: int = 60) -> float:
     """Largest change of energy within 100 s after a release from 20 degrees in vacuum, over the swing's energy."""
-    rest = at_rest(line, 1.0, 0.0)
-    state = tilted(line, rest, math.radians(20.0))
-    _, rows, _ = states(line, state, level(0.0, 0.0), seconds=100.0, step_hz=step_hz, log_hz=5)
-    energy = np.array([energy_j(line, row) for row in rows])
-    return float(np.abs(energy - energy[0]).max() / (energy[0] - energy_j(line, rest)))
+    rest = at_rest(chain, 1.0, 0.0)
+    state = tilted(chain, rest, math.radians(20.0))
+    _, rows, _ = states(chain, state, level(0.0, 0.0), seconds=100.0, step_hz=step_hz, log_hz=5)
+    energy = np.array([energy_j(chain, row) for row in rows])
+    return float(np.abs(energy - energy[0]).max() / (energy[0] - energy_j(chain, rest)))
 
 
 def rows() -> list[Row]:
     """All figures of swings."""
-    periods = {links: pendulum_s(point_line(80.0, links=links)) for links in (2, 4, 8, 10, 16)}
+    periods = {links: pendulum_s(point_chain(80.0, links=links)) for links in (2, 4, 8, 10, 16)}
     exact = flexible_period(ROPE, 80.0)
     out = [
         at_most("pendulum_period_error_pct", 100.0 * abs(periods[10] / compound_period(ROPE, 80.0) - 1.0), "%", 0.3),
         at_most("pendulum_period_error_of_flexible_rope_pct", 100.0 * abs(periods[10] / exact - 1.0), "%", 0.01),
         at_most(
             "pendulum_period_error_at_20_kg_pct",
-            100.0 * abs(pendulum_s(point_line(20.0)) / compound_period(ROPE, 20.0) - 1.0),
+            100.0 * abs(pendulum_s(point_chain(20.0)) / compound_period(ROPE, 20.0) - 1.0),
             "%",
             0.3,
         ),
@@ -113,6 +113,6 @@ def rows() -> list[Row]:
         at_most("decay_period_difference_s", period, "s", 0.01),
         at_most("decay_damping_difference", damping, "1", 0.001),
         at_most("foucault_rate_error_pct", foucault_error_pct(), "%", 1.0),
-        at_most("link_error_m", max(link_error_m(bird_line()), link_error_m(point_line())), "m", 1e-6),
-        at_most("energy_drift", max(energy_drift(bird_line()), energy_drift(point_line())), "1", 1e-4),
+        at_most("link_error_m", max(link_error_m(bird_chain()), link_error_m(point_chain())), "m", 1e-6),
+        at_most("energy_drift", max(energy_drift(bird_chain()), energy_drift(point_chain())), "1", 1e-4),
     ]

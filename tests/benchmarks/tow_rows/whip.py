@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from magsim.planning import WHIP_G
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_least, stated
-from tests.support.ropes import bird_line
+from tests.support.ropes import bird_chain
 from tests.support.tows import at_rest, moved, states
 
 SPEEDS_MPS = (28.0, 40.0, 50.0, 60.0, 75.0)
@@ -26,13 +26,13 @@ FLOW_DEG = 45.0
 @cache
 def whipped(speed_mps: float, part_g: float) -> tuple[float, float, float]:
     """Least and largest tension [N] of a flight, and the largest angle of the flow at the bird [deg]."""
-    line = bird_line()
+    chain = bird_chain()
     drive = moved(speed_mps, part_g * G0 / (2.0 * math.pi / PERIOD_S) ** 2, PERIOD_S, axis=2, ease_s=2.0 * PERIOD_S)
     seconds = 8.0 * PERIOD_S
-    time, rows, tension = states(line, at_rest(line, speed_mps), drive, seconds=seconds, step_hz=STEP_HZ, log_hz=10)
+    time, rows, tension = states(chain, at_rest(chain, speed_mps), drive, seconds=seconds, step_hz=STEP_HZ, log_hz=10)
     if not np.isfinite(rows).all():
         return -math.inf, math.inf, 180.0
-    body = 6 * (line.links - 1)
+    body = 6 * (chain.links - 1)
     turned = Rotation.from_quat(np.roll(rows[:, body + 9 :], -1, axis=1))
     flow = turned.inv().apply(drive(time)[:, 6:9] - rows[:, body + 3 : body + 6])
     angle = np.degrees(np.arctan2(np.hypot(flow[:, 1], flow[:, 2]), -flow[:, 0])).max()

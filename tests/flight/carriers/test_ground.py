@@ -10,7 +10,7 @@ from magsim.aircraft import Aircraft
 from magsim.errors import DataError, RequestError
 from magsim.flight import fly
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.loading import load_scenario
 from magsim.scenario import Scenario, ground_of
 from magsim.simulation import simulate
@@ -18,12 +18,12 @@ from magsim.terrain import Flat, Ground
 from magsim.units import FT
 
 ScenarioOf = Callable[..., Scenario]
-LEG = {"kind": "box", "leg_m": 3000.0}
+LEG = {"kind": "straight", "leg_m": 8000.0}
 HILLS = {"kind": "fractal", "mean_m": 300.0, "relief_m": 400.0, "geoid_m": -20.0}
 
 
 def test_jsbsim_knows_the_ground(cessna: Aircraft):
-    plant = Plant(cessna.facts, Setup(0.3, 0.5, 1000.0, 0.0, 75.0, ground_m=200.0))
+    plant = Plant(cessna.facts, PlantSetup(0.3, 0.5, 1000.0, 0.0, 75.0, ground_m=200.0))
     above = plant._fdm.get_property_manager().get_node("position/h-agl-ft").get_double_value
     plant.run(12)
     assert above() * FT == pytest.approx(plant.value("alt") - 200.0, abs=1.0)
@@ -38,7 +38,7 @@ def test_level_ground_far_below_changes_no_bit(cessna: Aircraft, scenario_of: Sc
     assert plain.attitude.tobytes() == ground.attitude.tobytes()
 
 
-def test_the_ground_is_met_where_it_is(cessna: Aircraft, scenario_of: ScenarioOf):
+def test_the_ground_is_touched_at_its_height(cessna: Aircraft, scenario_of: ScenarioOf):
     scenario = scenario_of({"kind": "box", "leg_m": 20_000.0}, start={"alt_m": 420.0}, terrain=HILLS)
     ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
     with pytest.raises(DataError, match="touched the ground at t =") as caught:
@@ -118,10 +118,10 @@ def test_heights_above_ground_sea_and_ellipsoid(folder: Path):
 
     radar, height = recording["radar_alt_m"], recording["true_agl_m"]
     tilt = np.cos(np.radians(recording["true_roll_deg"])) * np.cos(np.radians(recording["true_pitch_deg"]))
-    heard = (height <= 640.0) & (tilt >= np.cos(np.radians(20.0)))
-    assert 0.1 < heard.mean() < 0.9
-    np.testing.assert_array_equal(radar[~heard], -1.0)
-    error = (radar - height)[heard]
+    echo = (height <= 640.0) & (tilt >= np.cos(np.radians(20.0)))
+    assert 0.1 < echo.mean() < 0.9
+    np.testing.assert_array_equal(radar[~echo], -1.0)
+    error = (radar - height)[echo]
     assert error.std() == pytest.approx(0.5, rel=0.15)
     assert abs(error.mean()) < 0.15
 
@@ -144,7 +144,7 @@ def problems(path: Path, *overrides: str) -> str:
     return str(caught.value)
 
 
-def test_wrong_grids_are_told_with_the_line_of_the_scenario(folder: Path):
+def test_wrong_grids_are_reported_with_the_line_of_the_scenario(folder: Path):
     (folder / "bad.asc").write_text("ncols 2\nnrows 2\nxllcenter 7\nyllcenter 46\ncellsize 1\n1 2\n3 x\n")
     text = problems(folder / "s.toml", "terrain.file=bad.asc")
     assert text.startswith("--set terrain.file: ")
@@ -161,7 +161,7 @@ def test_a_flight_that_leaves_its_grid(folder: Path):
 
 
 @pytest.mark.parametrize(
-    ("override", "told"),
+    ("override", "message"),
     [
         ("terrain.kind=hilly", "terrain.kind"),
         ("terrain.geoid_m=500", "500 is not allowed"),
@@ -174,8 +174,8 @@ def test_a_flight_that_leaves_its_grid(folder: Path):
         ("sensors.radar.max_tilt_deg=91", "max_tilt_deg"),
     ],
 )
-def test_wrong_settings(folder: Path, override: str, told: str):
-    assert told in problems(folder / "s.toml", override)
+def test_wrong_settings(folder: Path, override: str, message: str):
+    assert message in problems(folder / "s.toml", override)
 
 
 def test_a_radar_needs_the_ground(folder: Path):

@@ -202,7 +202,7 @@ def changed(index: int, old: str, new: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("lines", "told"),
+    ("lines", "message"),
     [
         ([], r"t\.csv: has 0 rows"),
         (rows(3), r"t\.csv: has 3 rows"),
@@ -224,12 +224,12 @@ def changed(index: int, old: str, new: str) -> list[str]:
         (changed(5, ",500,", ",99999,"), r"t\.csv:7: column alt: 99999 m is outside"),
     ],
 )
-def test_wrong_rows(place, lines, told):
+def test_wrong_rows(place, lines, message):
     text = problems(place(lines))
-    assert re.search(r"s\.toml:7: pattern\.file: .*" + told, text), text
+    assert re.search(r"s\.toml:7: pattern\.file: .*" + message, text), text
 
 
-def test_every_wrong_row_is_told_up_to_a_bound(place):
+def test_every_wrong_row_is_reported_up_to_a_bound(place):
     lines = rows()
     lines[3], lines[9] = lines[3].replace(",500,", ",x,"), lines[9].replace(",500,", ",y,")
     assert [line.split(": ")[2].split(":")[-1] for line in problems(place(lines)).splitlines()] == ["5", "11"]
@@ -260,7 +260,7 @@ def test_wrong_columns(place):
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("none.csv", "there is no such file"),
         (".", "is not a regular file"),
@@ -271,7 +271,7 @@ def test_wrong_columns(place):
         ("text.h5", "expected 1 of kind 'f'"),
     ],
 )
-def test_wrong_files(place, tmp_path, name, told):
+def test_wrong_files(place, tmp_path, name, message):
     (tmp_path / "bad.h5").write_text("no")
     for file_name, heading in (("short.h5", np.zeros(5)), ("text.h5", np.array([b"a", b"b"]))):
         with h5py.File(tmp_path / file_name, "w") as file:
@@ -279,7 +279,7 @@ def test_wrong_files(place, tmp_path, name, told):
                 file[column] = np.arange(6.0)
             del file["heading"]
             file["heading"] = heading
-    assert told in problems(place(rows()), f"pattern.file={name}")
+    assert message in problems(place(rows()), f"pattern.file={name}")
 
 
 def test_a_track_needs_its_file(cessna: Aircraft):

@@ -16,7 +16,7 @@ from magsim.flight.model.aero import derivatives, inertia, lift_curve, stall_ang
 from magsim.flight.model.instance import load
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.rates import integrators_for, log_rate_hz
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.loading import load_scenario
 from magsim.planning import FlyableScenario
 from magsim.scenario import Scenario
@@ -130,7 +130,7 @@ def test_lowest_speed_keeps_clear_of_the_stall(drone: Aircraft) -> None:
 
 
 def test_trimmed_flight_stays_level(drone: Aircraft) -> None:
-    plant = Plant(drone.facts, Setup(lat_rad=0.7, lon_rad=2.1, alt_m=50.0, course=1.0, speed_mps=SPEED))
+    plant = Plant(drone.facts, PlantSetup(lat_rad=0.7, lon_rad=2.1, alt_m=50.0, course=1.0, speed_mps=SPEED))
     for _ in range(300):
         plant.run(12)
     assert plant.value("alt") == pytest.approx(50.0, abs=0.3)
@@ -193,7 +193,7 @@ def test_every_amplitude_is_flown_up_to_the_limits(box: Flight) -> None:
         assert maneuver.residual_deg < 0.04 * maneuver.asked_deg + 0.1
 
 
-def test_legs_are_as_long_as_asked_and_the_circuit_closes(box: Flight) -> None:
+def test_legs_have_their_length_and_the_circuit_closes(box: Flight) -> None:
     legs = [segment for segment in box.segments if not segment.turn]
     expected = 130.0 * float(np.median(np.hypot(*box.carrier.velocity_n[:, :2].T)))
     assert [leg.heading_deg for leg in legs] == [0.0, 90.0, 180.0, 270.0]
@@ -203,7 +203,7 @@ def test_legs_are_as_long_as_asked_and_the_circuit_closes(box: Flight) -> None:
 
 
 def test_the_step_rate_has_converged(drone: Aircraft, scenario_of: Callable[..., Scenario]) -> None:
-    pattern = {"leg_m": 3700.0, "lead_s": 5.0, "maneuvers": TRAINS}
+    pattern = {"kind": "straight", "leg_m": 3700.0, "lead_s": 5.0, "maneuvers": TRAINS}
     coarse, fine = (
         fly(scenario_of(pattern, flight={"step_hz": rate}), drone).carrier.attitude[: 100 * 60] for rate in (120, 480)
     )
@@ -228,7 +228,7 @@ def test_the_log_is_as_fast_as_the_aircraft_needs(
 
 
 @pytest.mark.parametrize(
-    ("pattern", "start", "told"),
+    ("pattern", "start", "message"),
     [
         ({}, {"alt_m": 3001.0}, "3001 m is above the ceiling of uav; allowed: up to 3000"),
         ({}, {"speed_mps": 75.0}, "uav cannot hold 75 m/s; allowed: 21 to 30"),
@@ -242,9 +242,9 @@ def test_the_log_is_as_fast_as_the_aircraft_needs(
     ],
 )
 def test_what_the_drone_cannot_do_is_refused(
-    scenario_of: Callable[..., Scenario], pattern: dict, start: dict, told: str
+    scenario_of: Callable[..., Scenario], pattern: dict, start: dict, message: str
 ) -> None:
-    with pytest.raises(ValidationError, match=told):
+    with pytest.raises(ValidationError, match=message):
         scenario_of(pattern, start=start)
 
 

@@ -9,7 +9,7 @@ import pytest
 from magsim.aircraft import Aircraft
 from magsim.flight.model.aero import Derivatives, derivatives, inertia, lift_curve, lift_slope
 from magsim.flight.model.instance import load
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.units import FT, G0
 
 SPEED, ALTITUDE = 75.0, 3000.0
@@ -23,7 +23,7 @@ def d(cessna: Aircraft) -> Derivatives:
 @pytest.fixture(scope="module")
 def trimmed(cessna: Aircraft) -> jsbsim.FGFDMExec:
     """In trim in still air, the autopilot off."""
-    setup = Setup(0.0, 0.0, ALTITUDE, 0.0, SPEED)
+    setup = PlantSetup(0.0, 0.0, ALTITUDE, 0.0, SPEED)
     fdm = load(cessna.facts, setup.step_hz, twin=True)
     fdm["ic/h-sl-ft"] = ALTITUDE / FT
     fdm["ic/vt-fps"] = SPEED / FT

@@ -13,7 +13,7 @@ from magsim.flight.model.aero import flap_curve, inertia
 from magsim.flight.model.airframe import body_from_inches
 from magsim.flight.model.instance import load
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.trim import trim
 from magsim.loading import load_scenario
 from magsim.scenario import Scenario
@@ -50,7 +50,7 @@ def test_center_of_gravity_is_the_mean_of_the_parts(cessna: Aircraft) -> None:
 
 def test_a_load_farther_aft_needs_less_tail_down(cessna: Aircraft) -> None:
     # Moment of the shifted weight, balanced by the elevator.
-    setup = Setup(0.0, 0.0, 3000.0, 0.0, 75.0)
+    setup = PlantSetup(0.0, 0.0, 3000.0, 0.0, 75.0)
     aft = cessna.facts.loaded(None, None, 0.4)
     names = ("fcs/elevator-cmd-norm", "fcs/pitch-trim-cmd-norm")
     before, after = (sum(trim(facts, setup).commands[n] for n in names) for facts in (cessna.facts, aft))
@@ -58,7 +58,7 @@ def test_a_load_farther_aft_needs_less_tail_down(cessna: Aircraft) -> None:
 
 
 @pytest.mark.parametrize(
-    ("payload", "fuel", "aft", "told"),
+    ("payload", "fuel", "aft", "message"),
     [
         (1500.0, None, 0.0, r"weighs 4164 kg with it; allowed: up to 3969, that is 195 kg less"),
         (None, 1200.0, 0.0, r"1200 kg of fuel; allowed: up to 1009"),
@@ -68,15 +68,15 @@ def test_a_load_farther_aft_needs_less_tail_down(cessna: Aircraft) -> None:
     ],
 )
 def test_loads_outside_the_limits_are_refused(
-    cessna: Aircraft, payload: float | None, fuel: float | None, aft: float, told: str
+    cessna: Aircraft, payload: float | None, fuel: float | None, aft: float, message: str
 ) -> None:
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         cessna.facts.loaded(payload, fuel, aft)
 
 
 def test_fuel_is_burned_on_request(cessna: Aircraft) -> None:
-    setup = Setup(0.0, 0.0, 3000.0, 0.0, 75.0)
-    held, burning = Plant(cessna.facts, setup), Plant(cessna.facts, Setup(0.0, 0.0, 3000.0, 0.0, 75.0, burn=True))
+    setup = PlantSetup(0.0, 0.0, 3000.0, 0.0, 75.0)
+    held, burning = Plant(cessna.facts, setup), Plant(cessna.facts, PlantSetup(0.0, 0.0, 3000.0, 0.0, 75.0, burn=True))
     for plant in (held, burning):
         for _ in range(600):
             plant.run(12)
@@ -90,7 +90,9 @@ def test_fuel_is_burned_on_request(cessna: Aircraft) -> None:
 def test_flaps_take_over_lift(cessna: Aircraft, flap_deg: float) -> None:
     # Level flight at the same speed: the flaps' lift replaces that of the angle of attack.
     facts, alt, speed = cessna.facts, 1000.0, 55.0
-    clean, flapped = (trim(facts, Setup(0.0, 0.0, alt, 0.0, speed, flap_rad=math.radians(f))) for f in (0.0, flap_deg))
+    clean, flapped = (
+        trim(facts, PlantSetup(0.0, 0.0, alt, 0.0, speed, flap_rad=math.radians(f))) for f in (0.0, flap_deg)
+    )
     points = flap_curve(facts)
     lift = float(np.interp(math.radians(flap_deg), [p[0] for p in points], [p[1] for p in points]))
     assert clean.pitch - flapped.pitch == pytest.approx(lift / 5.7, rel=0.1)
@@ -113,7 +115,7 @@ def test_flaps_are_flown_and_recorded(cessna: Aircraft, scenario_of: Callable[..
 
 
 @pytest.mark.parametrize(
-    ("override", "told"),
+    ("override", "message"),
     [
         ("start.flap_deg=35", "35 is beyond the travel of c208b; allowed: 0 to 30"),
         ("start.flap_deg=30", "30 deg of flap at 75 m/s, 64.6 m/s indicated; allowed at this deflection: up to 64.3"),
@@ -121,14 +123,14 @@ def test_flaps_are_flown_and_recorded(cessna: Aircraft, scenario_of: Callable[..
         ("loading.payload_kg=1500", "loading: Cessna 208B Grand Caravan weighs 4164 kg"),
     ],
 )
-def test_a_scenario_is_held_to_the_limits(override: str, told: str) -> None:
-    with pytest.raises(RequestError, match=told):
+def test_a_scenario_is_held_to_the_limits(override: str, message: str) -> None:
+    with pytest.raises(RequestError, match=message):
         load_scenario("calibration_c208b", (override,))
 
 
 def test_weight_is_carried_at_every_load(cessna: Aircraft) -> None:
     # A lighter aircraft flies at a smaller angle of attack: the lift over the slope.
-    setup = Setup(0.0, 0.0, 3000.0, 0.0, 75.0)
+    setup = PlantSetup(0.0, 0.0, 3000.0, 0.0, 75.0)
     light = cessna.facts.loaded(300.0, 300.0)
     less = (cessna.facts.mass_kg - light.mass_kg) * G0 / (0.5 * 0.909 * 75.0**2 * 25.96)
     assert trim(cessna.facts, setup).pitch - trim(light, setup).pitch == pytest.approx(less / 5.65, rel=0.15)

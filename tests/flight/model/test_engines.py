@@ -6,15 +6,15 @@ import jsbsim
 import pytest
 
 from magsim.aircraft import Aircraft, Facts
-from magsim.aircraft.facts import DirectEngine
+from magsim.aircraft.engine import DirectEngine
 from magsim.flight.model.engines import available_power, available_thrust, lever_of
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.model.trim import trim
 from magsim.units import FT, HP, LBF
 
-SETUP = Setup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
+SETUP = PlantSetup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def direct(cessna: Aircraft) -> Facts:
 
 def full_power(cessna: Aircraft, alt_m: float) -> jsbsim.FGFDMExec:
     """The lever forward for 15 s, level with the autopilot's height loop."""
-    fdm = start(cessna.facts, Setup(0.3, 2.0, alt_m, 1.0, 75.0))
+    fdm = start(cessna.facts, PlantSetup(0.3, 2.0, alt_m, 1.0, 75.0))
     fdm["fcs/throttle-cmd-norm"] = 2.0
     for _ in range(15 * 120):
         fdm.run()
@@ -78,7 +78,7 @@ def test_lever_and_thrust_are_inverse(cessna: Aircraft) -> None:
 
 @pytest.mark.parametrize(("alt_m", "speed_mps"), [(500.0, 60.0), (3000.0, 75.0), (5000.0, 85.0)])
 def test_a_plant_begins_in_quiet_flight(cessna: Aircraft, alt_m: float, speed_mps: float) -> None:
-    setup = Setup(0.3, 2.0, alt_m, 1.0, speed_mps)
+    setup = PlantSetup(0.3, 2.0, alt_m, 1.0, speed_mps)
     plant = Plant(cessna.facts, setup)
     rpm = plant._fdm["propulsion/engine/propeller-rpm"]
     for _ in range(100):
@@ -89,7 +89,7 @@ def test_a_plant_begins_in_quiet_flight(cessna: Aircraft, alt_m: float, speed_mp
     assert rpm == pytest.approx(1900.0, abs=1.0)
 
 
-def test_a_plant_begins_where_it_was_asked_to(cessna: Aircraft) -> None:
+def test_a_plant_begins_at_its_setup(cessna: Aircraft) -> None:
     plant = Plant(cessna.facts, SETUP)
     assert plant.value("lat") == pytest.approx(0.3, abs=2e-6)  # 13 m
     assert plant.value("lon") == pytest.approx(2.0, abs=2e-6)

@@ -8,21 +8,21 @@ import pytest
 
 from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
-from magsim.flight.model.autopilot import Sine
+from magsim.flight.model.autopilot import SineGenerator
 from magsim.flight.model.instance import load
 from magsim.flight.model.plant import FlightTroubleError, Plant
 from magsim.flight.model.rates import INTEGRATORS
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.model.trim import trim
 from magsim.flight.model.weather import Weather
 from magsim.flight.path.wind import crab_heading, ground_speed
-from magsim.flight.pilot.trains import Sweep
+from magsim.flight.pilot.trains import SineTrain
 
-SETUP = Setup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
+SETUP = PlantSetup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
 
 
-def flying(cessna: Aircraft, setup: Setup = SETUP) -> jsbsim.FGFDMExec:
+def flying(cessna: Aircraft, setup: PlantSetup = SETUP) -> jsbsim.FGFDMExec:
     return start(cessna.facts, setup)
 
 
@@ -103,9 +103,9 @@ def test_actuators_have_a_rate_limit_and_stops(cessna: Aircraft) -> None:
 
 
 @pytest.mark.parametrize("course_deg", [0.0, 75.0, 200.0])
-def test_wind_is_met_from_the_first_moment(cessna: Aircraft, course_deg: float) -> None:
+def test_wind_acts_from_the_first_moment(cessna: Aircraft, course_deg: float) -> None:
     wind = (-6.0, 14.0)
-    setup = Setup(0.3, 2.0, 3000.0, math.radians(course_deg), 75.0, wind_mps=wind)
+    setup = PlantSetup(0.3, 2.0, 3000.0, math.radians(course_deg), 75.0, wind_mps=wind)
     plant = Plant(cessna.facts, setup)
     plant.run(1)
     heading = crab_heading(75.0, setup.course, wind)
@@ -124,7 +124,9 @@ def test_wind_is_met_from_the_first_moment(cessna: Aircraft, course_deg: float) 
 
 def test_turbulence_belongs_to_its_seed(cessna: Aircraft) -> None:
     def rolled(seed: int, severity: int = 3) -> list[float]:
-        plant = Plant(cessna.facts, Setup(0.3, 2.0, 3000.0, 1.0, 75.0, weather=Weather(severity=severity, seed=seed)))
+        plant = Plant(
+            cessna.facts, PlantSetup(0.3, 2.0, 3000.0, 1.0, 75.0, weather=Weather(severity=severity, seed=seed))
+        )
         return [plant.run(12)[6] for _ in range(50)]
 
     first = rolled(7)
@@ -134,12 +136,14 @@ def test_turbulence_belongs_to_its_seed(cessna: Aircraft) -> None:
 
 
 def test_generators_give_the_sine_that_is_planned(cessna: Aircraft) -> None:
-    sweep = Sweep("yaw", 1, 1, start_s=3.0, period_s=4.0, cycles=2, amplitude_deg=6.0, ease_in_s=2.0, ease_out_s=1.0)
-    fdm, names = flying(cessna), Sine("yaw")
+    train = SineTrain(
+        "yaw", 1, 1, start_s=3.0, period_s=4.0, cycles=2, amplitude_deg=6.0, ease_in_s=2.0, ease_out_s=1.0
+    )
+    fdm, names = flying(cessna), SineGenerator("yaw")
     begun = fdm["simulation/sim-time-sec"]
     values = {
         "start-s": begun + 3.0,
-        "omega-rad_sec": sweep.omega,
+        "omega-rad_sec": train.omega,
         "amplitude-rad": math.radians(6.0),
         "cycles": 2.0,
         "ease-in-s": 2.0,
@@ -152,14 +156,14 @@ def test_generators_give_the_sine_that_is_planned(cessna: Aircraft) -> None:
         fdm.run()
         # The flight controls run at the beginning of a step, on the clock of its beginning.
         given, time = fdm[names["sine-rad"]], fdm[names["time-s"]] + 3.0
-        worst, largest = max(worst, abs(given - sweep.angle(time))), max(largest, abs(given))
+        worst, largest = max(worst, abs(given - train.angle(time))), max(largest, abs(given))
     assert worst < 1e-10
     assert largest == pytest.approx(math.radians(6.0), rel=1e-3)
 
 
-def test_no_trim_is_told(cessna: Aircraft) -> None:
+def test_no_trim_is_reported(cessna: Aircraft) -> None:
     with pytest.raises(RequestError, match=r"start.speed_mps: .* no straight and level flight at 40 m/s and 3000 m"):
-        trim(cessna.facts, Setup(0.0, 0.0, 3000.0, 0.0, 40.0))
+        trim(cessna.facts, PlantSetup(0.0, 0.0, 3000.0, 0.0, 40.0))
 
 
 def two_minutes(plant: Plant) -> None:
@@ -175,7 +179,7 @@ def trouble(plant: Plant) -> str:
 
 
 def test_ground_contact_is_found(cessna: Aircraft) -> None:
-    plant = Plant(cessna.facts, Setup(0.3, 2.0, 30.0, 1.0, 75.0))
+    plant = Plant(cessna.facts, PlantSetup(0.3, 2.0, 30.0, 1.0, 75.0))
     plant.command("ap/height-ft", -500.0)
     assert trouble(plant).startswith("the flight touched the ground at t = ")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import Aircraft
-from magsim.aircraft.facts import Propeller
+from magsim.aircraft.engine import Propeller
 from magsim.flight.model.propeller import ADVANCE, PITCH_DEG, coefficients, governed_thrust, tables
 
 

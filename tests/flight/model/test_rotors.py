@@ -1,20 +1,20 @@
-"""How fast the propeller turns, as the flight tells it."""
+"""Speed of the propeller in the log."""
 
 import numpy as np
 import pytest
 
 from magsim.aircraft import load_aircraft
-from magsim.aircraft.facts import FixedPropeller
+from magsim.aircraft.engine import FixedPropeller
 from magsim.flight.model.channels import TO_SI
 from magsim.flight.model.engines import turning_speed
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.pilot.log import Log
 
 RPM = np.pi / 30.0
 
 
-def flown(name: str, setup: Setup, seconds: int = 15) -> np.ndarray:
+def flown(name: str, setup: PlantSetup, seconds: int = 15) -> np.ndarray:
     """Revolutions a minute at ten rows a second, of a flight straight on."""
     facts = load_aircraft(name).facts
     plant = Plant(facts, setup)
@@ -23,7 +23,7 @@ def flown(name: str, setup: Setup, seconds: int = 15) -> np.ndarray:
 
 
 def test_the_governor_holds_1900_turns_a_minute() -> None:
-    speed = flown("c208b", Setup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0))
+    speed = flown("c208b", PlantSetup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0))
     assert np.abs(speed - 1900.0).max() < 5.0
 
 
@@ -43,7 +43,7 @@ def test_speed_of_a_fixed_propeller_gives_its_thrust() -> None:
 def test_the_drone_turns_faster_when_it_flies_faster() -> None:
     """Straight on the speed is that of the trim: thrust against drag; 44.4 V and 145 rpm/V are the most."""
     slow, fast = (
-        flown("uav", Setup(lat_rad=0.3, lon_rad=2.0, alt_m=50.0, course=1.0, speed_mps=speed)).mean()
+        flown("uav", PlantSetup(lat_rad=0.3, lon_rad=2.0, alt_m=50.0, course=1.0, speed_mps=speed)).mean()
         for speed in (22.0, 28.0)
     )
     assert 4000.0 < slow < fast < 6438.0

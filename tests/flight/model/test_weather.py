@@ -1,4 +1,4 @@
-"""The air that is flown: shear and gusts as formulas say, turbulence as MIL-F-8785C says, all of it recorded."""
+"""The air of a flight: shear and gusts by formulas, turbulence after MIL-F-8785C, all of it recorded."""
 
 import hashlib
 import math
@@ -16,9 +16,9 @@ from magsim.aircraft import Aircraft
 from magsim.errors import DataError
 from magsim.flight import fly
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.weather import Weather, drawn_gusts
-from magsim.flight.pilot.gusts import GustHands
+from magsim.flight.pilot.gusts import GustSchedule
 from magsim.scenario import Air, Gust, LinearShear, LogShear, RandomGusts, Scenario
 from magsim.trajectory import Flight
 from magsim.units import FT
@@ -27,7 +27,8 @@ from tests.support.paths import ROOT
 ScenarioOf = Callable[..., Scenario]
 
 WIND = (4.0, -2.0)
-SHORT = {"kind": "box", "leg_m": 2000.0, "lead_s": 5.0}
+SHORT = {"kind": "straight", "leg_m": 5000.0, "lead_s": 5.0}
+BOX = {"kind": "box", "leg_m": 2000.0, "lead_s": 5.0}
 GUSTY = {
     "wind_east_mps": 5.0,
     "shear": {"kind": "linear", "east_per_s": 0.01},
@@ -38,7 +39,7 @@ GUSTY = {
 
 
 def plant(cessna: Aircraft, weather: Weather, alt_m: float = 3000.0, step_hz: int = 120) -> Plant:
-    return Plant(cessna.facts, Setup(0.3, 2.0, alt_m, 0.0, 75.0, WIND, step_hz=step_hz, weather=weather))
+    return Plant(cessna.facts, PlantSetup(0.3, 2.0, alt_m, 0.0, 75.0, WIND, step_hz=step_hz, weather=weather))
 
 
 def wind(flying: Plant) -> list[float]:
@@ -57,12 +58,12 @@ def test_gusts_have_their_form_at_every_rate_and_add_up(cessna: Aircraft, step_h
     third = Gust(at_s=6.5, duration_s=0.5, east_mps=4.0)
     weather = Weather(gusts=(third, second, first))
     assert weather.slots == ((first, third), (second,))
-    flying, hands = plant(cessna, weather, step_hz=step_hz), GustHands(weather)
-    hands.begin(0.0, flying.clock_s)
+    flying, schedule = plant(cessna, weather, step_hz=step_hz), GustSchedule(weather)
+    schedule.begin(0.0, flying.clock_s)
     rows = []
     for step in range(8 * step_hz):
         if step % (step_hz // 10) == 0:
-            for name, value in hands.due(flying.time_s + 0.15):
+            for name, value in schedule.due(flying.time_s + 0.15):
                 flying.command(name, value)
         flying.run(1)
         rows.append([flying.time_s, *wind(flying)])
@@ -111,10 +112,10 @@ def test_turbulence_has_the_strength_and_the_slope_of_the_specification(
     cessna: Aircraft, model: str, severity: int, at_7500_ft: float, at_15000_ft: float
 ) -> None:
     # MIL-F-8785C, figure 7, between its curves.
-    flying = plant(cessna, Weather(severity=severity, model=model, seed=3))
+    flying = plant(cessna, Weather(severity=severity, model=model, seed=3), step_hz=60)
     rows = []
     for _ in range(30 * 600):
-        flying.run(4)
+        flying.run(2)
         rows.append(wind(flying))
     gust = np.array(rows) - [*WIND, 0.0]
     height_ft = 3000.0 / FT
@@ -135,11 +136,11 @@ def correlation(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Covariances of turbulence along the path in still air, (n, 3), and the distances that they belong to [m].
 
-    The mean is known to be 0: taking off that of a record would shorten what is longer than it.
+    The mean is known to be 0: subtracting that of a record would remove correlation longer than the record.
     """
     found = []
     for seed in seeds:
-        setup = Setup(0.3, 2.0, alt_m, 0.0, 75.0, (0.0, 0.0), step_hz=60, weather=replace(weather, seed=seed))
+        setup = PlantSetup(0.3, 2.0, alt_m, 0.0, 75.0, (0.0, 0.0), step_hz=60, weather=replace(weather, seed=seed))
         flying = Plant(aircraft.facts, setup)
         rows = np.array([wind(flying) for _ in range(12 * seconds) if flying.run(5)])
         count = len(rows)
@@ -185,7 +186,7 @@ def test_turbulence_near_the_ground_has_the_lengths_and_strengths_there(cessna: 
     np.testing.assert_allclose(measured[:, 2], across(distance[near], 100.0), atol=0.04)
 
 
-def test_severity_1_is_felt_near_the_ground_and_depends_on_the_wind_there(cessna: Aircraft) -> None:
+def test_severity_1_acts_near_the_ground_and_depends_on_the_wind_there(cessna: Aircraft) -> None:
     def strength(wind_mps: float | None) -> float:
         flying = plant(cessna, Weather(severity=1, wind_20ft_mps=wind_mps, seed=3), alt_m=150.0)
         return float(np.std([wind(flying)[2] for _ in range(1200) if flying.run(12)]))
@@ -197,7 +198,7 @@ def test_severity_1_is_felt_near_the_ground_and_depends_on_the_wind_there(cessna
     assert strong == pytest.approx(2.0 * light, rel=0.05)
 
 
-def test_drawn_gusts_are_what_the_settings_say() -> None:
+def test_random_gusts_follow_the_settings() -> None:
     air = Air(random_gusts=RandomGusts(every_s=5.0, speed_mps=4.0, shortest_s=1.0, longest_s=3.0))
     gusts = drawn_gusts(air, 7, 20_000.0)
     assert gusts[: len(drawn_gusts(air, 7, 1000.0))] == drawn_gusts(air, 7, 1000.0)
@@ -285,13 +286,13 @@ def test_a_flight_meets_its_gust_on_time(cessna: Aircraft, scenario_of: Scenario
 
 def test_a_flight_through_shear_stays_on_its_legs(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
     air = {"wind_east_mps": 10.0, "shear": {"kind": "log", "roughness_m": 0.6}}
-    flight = fly(scenario_of(SHORT, start={"alt_m": 200.0}, air=air), cessna)
+    flight = fly(scenario_of(BOX, start={"alt_m": 200.0}, air=air), cessna)
     speed = 10.0 * np.log(flight.carrier.alt_m / 0.6) / math.log(200.0 / 0.6)
     np.testing.assert_allclose(flight.wind_n[:, 1], speed, atol=2e-3)
     assert flight.notes["closure_m"][0] < 30.0
 
 
-def test_a_wind_that_blows_the_flight_off_is_told(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
+def test_a_wind_that_blows_the_flight_off_is_reported(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
     storm = {"gusts": [{"at_s": 2.0, "duration_s": 60.0, "east_mps": 70.0}]}
     with pytest.raises(DataError, match=r"the flight .* at t = \d+\.\d s: height \d+ m, airspeed"):
         fly(scenario_of({**SHORT, "leg_m": 5000.0}, air=storm), cessna)

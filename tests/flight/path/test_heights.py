@@ -79,17 +79,17 @@ def test_a_transit_too_short_for_its_climb_is_refused(cessna: Aircraft, scenario
     near = [CLIMBING[0], CLIMBING[1] | {"north_m": 13000.0}]
     with pytest.raises(RequestError) as caught:
         fly(scenario_of({"kind": "sequence", "parts": near}), cessna)
-    said = re.search(
+    found = re.search(
         r"is (\d+) m long, but the climb from 3000 to 3400 m .* needs (\d+) m; .* up to (\d+) m", str(caught.value)
     )
-    length, needed, reach = (float(number) for number in said.groups())
+    length, needed, reach = (float(number) for number in found.groups())
     assert str(caught.value).startswith("pattern.parts[1]: the transit before it")
     assert length == pytest.approx(5000.0, abs=1.0)
     # 400 m at 2.5 m/s and 75 m/s, 15 s to settle, and the rounding: 0.1 g at 75 m/s over 4 s V^2 / (0.1 g).
     rounding = 4.0 * (CLIMB_MPS / 75.0) * 75.0**2 / 0.980665
     assert needed == pytest.approx(400.0 * 75.0 / CLIMB_MPS + 15.0 * 75.0 + rounding, abs=60.0)
     assert reach == pytest.approx(400.0 - (needed - length) * CLIMB_MPS / 75.0, abs=1.0)
-    # What it says is true.
+    # The limits in the message can be flown.
     for north, alt in ((13000.0 + needed - length + 5.0, 3400.0), (13000.0, 3000.0 + reach - 1.0)):
         parts = [CLIMBING[0] | {"maneuvers": []}, CLIMBING[1] | {"north_m": north, "alt_m": alt}]
         flight = fly(scenario_of({"kind": "sequence", "parts": parts}), cessna)
@@ -142,7 +142,7 @@ def test_ramps_of_many_slopes_are_the_lowest_profile() -> None:
 
 
 @pytest.mark.parametrize(
-    ("parts", "told"),
+    ("parts", "message"),
     [
         (
             '[{kind="box", alt_m=3100}]',
@@ -152,10 +152,10 @@ def test_ramps_of_many_slopes_are_the_lowest_profile() -> None:
         ('[{kind="box"}, {kind="track", file="a.csv"}]', "'track' is not allowed; allowed: 'box'"),
     ],
 )
-def test_wrong_heights(parts: str, told: str) -> None:
+def test_wrong_heights(parts: str, message: str) -> None:
     with pytest.raises(RequestError) as caught:
         load_scenario("patterns/sequence", (f"pattern.parts={parts}",))
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_wind_and_flaps_are_checked_at_every_height(scenario_of: ScenarioOf) -> None:

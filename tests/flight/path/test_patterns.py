@@ -9,7 +9,7 @@ import pytest
 from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.errors import RequestError
 from magsim.flight.path.dubins import connect, displacement
-from magsim.flight.path.elements import Element, Label, Place, TurnShape, length_of, turn_radius, turn_shape
+from magsim.flight.path.elements import Element, PathLabel, PathPoint, TurnShape, length_of, turn_radius, turn_shape
 from magsim.flight.path.patterns import path_of
 from magsim.flight.path.plane import LocalPlane
 from magsim.scenario import Box, Cloverleaf, Diamond, Fom, HeadingCross, PatternSequence, StraightLine
@@ -125,10 +125,13 @@ def test_displacement_is_that_of_the_turn(angle: float) -> None:
 
 def test_any_place_is_reached_on_any_course() -> None:
     rng = np.random.default_rng(3)
-    label = Label(1, 1, True, 0.0)
+    label = PathLabel(1, 1, True, 0.0)
     for _ in range(20):
         north, east = rng.uniform(-5000.0, 5000.0, 2)
-        start, stop = Place(0.0, 0.0, rng.uniform(-4.0, 4.0), 0.0), Place(north, east, rng.uniform(-4.0, 4.0), 0.0)
+        start, stop = (
+            PathPoint(0.0, 0.0, rng.uniform(-4.0, 4.0), 0.0),
+            PathPoint(north, east, rng.uniform(-4.0, 4.0), 0.0),
+        )
         way = connect(start, stop, 1230.0, 300.0, label)
         assert_whole(way)
         end = way[-1].at(way[-1].length_m)
@@ -138,17 +141,17 @@ def test_any_place_is_reached_on_any_course() -> None:
 
 
 def test_a_way_is_no_longer_than_it_must_be() -> None:
-    label, start = Label(1, 1, True, 0.0), Place(0.0, 0.0, 0.0, 0.0)
+    label, start = PathLabel(1, 1, True, 0.0), PathPoint(0.0, 0.0, 0.0, 0.0)
     assert connect(start, start, 1000.0, 1.0, label) == ()
-    assert length_of(connect(start, Place(5000.0, 0.0, 0.0, 0.0), 1000.0, 1.0, label)) == 5000.0
+    assert length_of(connect(start, PathPoint(5000.0, 0.0, 0.0, 0.0), 1000.0, 1.0, label)) == 5000.0
     # Dubins' length of a turn by 180 degrees two radii and a little across: half a circle.
-    across = connect(start, Place(0.0, 2005.0, math.pi, 0.0), 1000.0, 1.0, label)
+    across = connect(start, PathPoint(0.0, 2005.0, math.pi, 0.0), 1000.0, 1.0, label)
     assert length_of(across) == pytest.approx(math.pi * 1000.0 + 5.0, abs=3.0)
     # A quarter turn, a straight and a quarter turn.
-    wide = connect(start, Place(0.0, 7000.0, math.pi, 0.0), 1000.0, 1.0, label)
+    wide = connect(start, PathPoint(0.0, 7000.0, math.pi, 0.0), 1000.0, 1.0, label)
     assert length_of(wide) == pytest.approx(math.pi * 1000.0 + 5000.0, rel=2e-3)
     # Back over the same place: the shortest of all ways, three arcs, has 7/3 pi R; with two turns a quarter more.
-    back = connect(start, Place(0.0, 0.0, math.pi, 0.0), 1000.0, 1.0, label)
+    back = connect(start, PathPoint(0.0, 0.0, math.pi, 0.0), 1000.0, 1.0, label)
     assert 7.0 / 3.0 * math.pi * 1000.0 < length_of(back) < 1.25 * 7.0 / 3.0 * math.pi * 1000.0
 
 
@@ -158,7 +161,7 @@ def test_sides_are_flown_in_any_order() -> None:
     legs = [element for element in path if not element.turn]
     plain = [element for element in path_of(Box(leg_m=4000.0), 0.0, 75.0, 4.0) if not element.turn]
     assert [leg.heading_deg for leg in legs] == [0.0, 180.0, 90.0, 270.0] * 2
-    assert [(leg.circuit, leg.leg, leg.label.index) for leg in legs][4:6] == [(2, 1, 4), (2, 2, 5)]
+    assert [(leg.circuit, leg.leg, leg.label.leg_index) for leg in legs][4:6] == [(2, 1, 4), (2, 2, 5)]
     for leg, side in zip(legs[:4], (plain[0], plain[2], plain[1], plain[3]), strict=True):
         np.testing.assert_allclose(leg.at(0.0)[:2], side.at(0.0)[:2], atol=1e-6)
     np.testing.assert_allclose(path[-1].at(path[-1].length_m)[:2], (0.0, 0.0), atol=1e-5)
@@ -193,7 +196,7 @@ def test_a_sequence_is_joined_by_transits() -> None:
     legs = [element for element in path if not element.turn]
     assert [leg.circuit for leg in legs] == [1] * 4 + [2] * 4 + [3] * 4 + [4] * 4 + [5]
     assert [leg.label.part for leg in legs] == [0] * 4 + [1] * 4 + [2] * 8 + [3]
-    assert [leg.label.index for leg in legs] == [*range(4), *range(4), *range(8), 0]
+    assert [leg.label.leg_index for leg in legs] == [*range(4), *range(4), *range(8), 0]
     assert [leg.heading_deg for leg in legs[:5]] == [45.0, 315.0, 225.0, 135.0, 90.0]
     transits = {element.circuit for element in path if element.label.transit}
     assert transits == {1, 2, 4}

@@ -105,7 +105,7 @@ def test_rounding_keeps_planes_and_bounds_the_bend():
 
 def test_the_plan_clears_its_target_and_keeps_its_slope():
     target = np.cumsum(stream(4, "target").normal(0.0, 4.0, 3000))
-    heights, lift = plan_heights(target, 0.04, 70.0, STEP_M)
+    heights, lift = plan_heights(target, 0.04, window_of(0.04, 70.0), STEP_M)
     assert np.min(heights - target) >= -1e-9
     assert np.abs(np.diff(heights)).max() <= 0.04 * STEP_M + 1e-9
     assert np.abs(np.diff(heights, 2)).max() / STEP_M**2 * 70.0**2 < 1.1 * VERTICAL_G * G0
@@ -113,13 +113,13 @@ def test_the_plan_clears_its_target_and_keeps_its_slope():
 
 
 def test_level_ground_gives_a_level_plan():
-    heights, lift = plan_heights(np.full(200, 321.0), 0.04, 70.0, STEP_M)
+    heights, lift = plan_heights(np.full(200, 321.0), 0.04, window_of(0.04, 70.0), STEP_M)
     np.testing.assert_allclose(heights, 321.0, atol=1e-9)
     assert lift < 1e-9
 
 
 def test_a_drape_is_flown(draped: tuple[Scenario, Flight]):
-    """Above ground by what was asked less the flown error, within 5 m of the plan in calm air."""
+    """Above ground by the clearance less the flown error, within 5 m of the plan in calm air."""
     scenario, flight = draped
     notes = flight.notes
     assert notes["drape_worst_error_m"] < 5.0
@@ -171,7 +171,7 @@ def test_start_height_does_not_move_a_drape(cessna: Aircraft, scenario_of: Scena
 
 
 @pytest.mark.parametrize(
-    ("overrides", "told"),
+    ("overrides", "message"),
     [
         (["pattern.tie_spacing_m=9000"], "2 tie lines 9000 m apart take 9000 m, more than a line of 8000 m"),
         (["pattern.lines=1", "pattern.tie_overlap_m=10"], "tie lines would be 20 m long"),
@@ -184,10 +184,10 @@ def test_start_height_does_not_move_a_drape(cessna: Aircraft, scenario_of: Scena
         (["recording.valid_legs=[7]"], "7 is not flown; allowed: 1 to 6"),
     ],
 )
-def test_wrong_settings(overrides: list[str], told: str):
+def test_wrong_settings(overrides: list[str], message: str):
     with pytest.raises(RequestError) as caught:
         load_scenario("patterns/survey", overrides)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_drape_needs_ground_and_no_height(scenario_of: ScenarioOf):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from magsim.errors import DataError, RequestError
-from magsim.flight.pilot.combined import close_joint, drives_from_arrays, drives_to_arrays
+from magsim.flight.pilot.combined import calibrate_maneuver, drives_from_arrays, drives_to_arrays
 from magsim.flight.pilot.measure import ANGLES
-from magsim.flight.pilot.response import Drive, LoopResponse
-from magsim.flight.pilot.trains import Joint, JointSwing, Sweep, joint_sweeps
+from magsim.flight.pilot.response import GeneratorDrive, LoopResponse
+from magsim.flight.pilot.trains import ManeuverAxis, ManeuverKey, SineTrain, trains_of_maneuver
 from magsim.trajectory import Trajectory
 
 OWN = {"roll": 0.9, "pitch": 0.8, "yaw": 0.7}
@@ -24,10 +24,10 @@ ALONE = LoopResponse(
 )
 
 
-def commands(sweeps: list[Sweep], drives: dict[str, Drive], time: np.ndarray) -> dict[str, np.ndarray]:
+def commands(trains: list[SineTrain], drives: dict[str, GeneratorDrive], time: np.ndarray) -> dict[str, np.ndarray]:
     """Commands of the axes as the generators and their feeds are defined, without envelopes."""
     sines, rates = {}, {}
-    for s in sweeps:
+    for s in trains:
         amplitude, angle = math.radians(s.amplitude_deg) / drives[s.axis].gain, s.omega * (time - s.start_s)
         sines[s.axis] = amplitude * np.sin(angle + drives[s.axis].lead)
         rates[s.axis] = amplitude * s.omega * np.cos(angle + drives[s.axis].lead)
@@ -40,66 +40,70 @@ def commands(sweeps: list[Sweep], drives: dict[str, Drive], time: np.ndarray) ->
 
 
 def flown_by(bend: Callable[[np.ndarray], np.ndarray]) -> Callable[..., Trajectory]:
-    def fly(sweeps: list[Sweep], response: LoopResponse, stop_s: float) -> Trajectory:
+    def fly(trains: list[SineTrain], response: LoopResponse, stop_s: float) -> Trajectory:
         time = np.arange(0.0, stop_s + 1e-9, 1.0 / 30.0)
-        told = commands(sweeps, next(iter(response.joints.values())), time)
+        command = commands(trains, next(iter(response.maneuvers.values())), time)
         attitude = np.zeros((len(time), 3))
-        for axis, command in told.items():
+        for axis, angle in command.items():
             other, factor = COUPLING.get(axis, ("", 0.0))
-            attitude[:, ANGLES[axis]] = bend(OWN[axis] * command + factor * told.get(other, np.zeros_like(time)))
+            attitude[:, ANGLES[axis]] = bend(OWN[axis] * angle + factor * command.get(other, np.zeros_like(time)))
         still = np.zeros(len(time))
         return Trajectory(time, still, still, still, np.zeros((len(time), 3)), attitude, attitude, np.zeros(3))
 
     return fly
 
 
-def maneuver(*swings: tuple[str, float, float]) -> Joint:
+def maneuver(*axes: tuple[str, float, float]) -> ManeuverKey:
     return tuple(
-        JointSwing(axis, 0.4 * i, period, 5, amplitude, 0.5 * period, 0.5 * period)
-        for i, (axis, amplitude, period) in enumerate(swings)
+        ManeuverAxis(axis, 0.4 * i, period, 5, amplitude, 0.5 * period, 0.5 * period)
+        for i, (axis, amplitude, period) in enumerate(axes)
     )
 
 
 @pytest.mark.parametrize(
-    "joint",
+    "combination",
     [
         maneuver(("roll", 8.0, 6.0), ("yaw", 4.0, 6.0)),
         maneuver(("roll", 8.0, 6.0), ("yaw", 4.0, 9.0)),
         maneuver(("pitch", 5.0, 8.0), ("roll", 10.0, 5.0), ("yaw", 6.0, 7.0)),
     ],
 )
-def test_the_inverse_of_a_coupled_plant_is_found(joint: Joint) -> None:
-    drives = close_joint(joint, ALONE, flown_by(lambda angle: angle))
-    sweeps = joint_sweeps(joint, 100.0)
+def test_the_inverse_of_a_coupled_plant_is_found(combination: ManeuverKey) -> None:
+    drives = calibrate_maneuver(combination, ALONE, flown_by(lambda angle: angle))
+    trains = trains_of_maneuver(combination, 100.0)
     time = np.arange(100.0, 130.0, 0.05)
-    told = commands(sweeps, drives, time)
-    asked = {s.axis: math.radians(s.amplitude_deg) * np.sin(s.omega * (time - s.start_s)) for s in sweeps}
-    if "pitch" in asked:
-        np.testing.assert_allclose(told["pitch"], asked["pitch"] / OWN["pitch"], atol=math.radians(0.05))
+    command = commands(trains, drives, time)
+    wanted = {s.axis: math.radians(s.amplitude_deg) * np.sin(s.omega * (time - s.start_s)) for s in trains}
+    if "pitch" in wanted:
+        np.testing.assert_allclose(command["pitch"], wanted["pitch"] / OWN["pitch"], atol=math.radians(0.05))
     # Both commands by the inverse of the plant's matrix.
     matrix = np.array([[OWN["roll"], COUPLING["roll"][1]], [COUPLING["yaw"][1], OWN["yaw"]]])
-    exact = np.linalg.solve(matrix, np.stack([asked["roll"], asked["yaw"]]))
-    np.testing.assert_allclose(told["roll"], exact[0], atol=math.radians(0.05))
-    np.testing.assert_allclose(told["yaw"], exact[1], atol=math.radians(0.05))
+    exact = np.linalg.solve(matrix, np.stack([wanted["roll"], wanted["yaw"]]))
+    np.testing.assert_allclose(command["roll"], exact[0], atol=math.radians(0.05))
+    np.testing.assert_allclose(command["yaw"], exact[1], atol=math.radians(0.05))
 
 
 def test_drives_are_kept_as_arrays() -> None:
-    drives = {"pitch": Drive(0.8, 0.1), "roll": Drive(0.9, -0.2, (0.3, 0.4))}
+    drives = {"pitch": GeneratorDrive(0.8, 0.1), "roll": GeneratorDrive(0.9, -0.2, (0.3, 0.4))}
     assert drives_from_arrays(drives_to_arrays(drives)) == drives
 
 
 def test_what_cannot_be_closed_is_refused() -> None:
-    joint = maneuver(("roll", 8.0, 6.0), ("yaw", 4.0, 6.0))
+    combination = maneuver(("roll", 8.0, 6.0), ("yaw", 4.0, 6.0))
     stop = math.radians(3.0)
-    told = r"roll 8 deg in 6 s, yaw 4 deg in 6 s cannot be flown as asked: .*roll is off by \d\.\d\d deg.*; allowed: "
-    with pytest.raises(RequestError, match=told):
-        close_joint(joint, ALONE, flown_by(lambda angle: np.clip(angle, -stop, stop)))
+    message = (
+        r"roll 8 deg in 6 s, yaw 4 deg in 6 s cannot be flown as commanded: .*roll is off by \d\.\d\d deg.*; allowed: "
+    )
+    with pytest.raises(RequestError, match=message):
+        calibrate_maneuver(combination, ALONE, flown_by(lambda angle: np.clip(angle, -stop, stop)))
 
 
-def test_a_flight_that_ends_early_is_told() -> None:
+def test_a_flight_that_ends_early_is_reported() -> None:
     def crash(*_: object) -> Trajectory:
         msg = "the flight stalled at t = 31.0 s"
         raise DataError(msg)
 
-    with pytest.raises(RequestError, match=r"cannot be flown as asked: the flight stalled at t = 31\.0 s; allowed: "):
-        close_joint(maneuver(("roll", 8.0, 6.0), ("pitch", 4.0, 6.0)), ALONE, crash)
+    with pytest.raises(
+        RequestError, match=r"cannot be flown as commanded: the flight stalled at t = 31\.0 s; allowed: "
+    ):
+        calibrate_maneuver(maneuver(("roll", 8.0, 6.0), ("pitch", 4.0, 6.0)), ALONE, crash)

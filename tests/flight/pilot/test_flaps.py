@@ -9,9 +9,9 @@ import pytest
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.errors import DataError, RequestError
 from magsim.flight import fly
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.trim import trim
-from magsim.flight.pilot.flaps import FlapHand, moving, runs_of
+from magsim.flight.pilot.flaps import FlapSchedule, moving, runs_of
 from magsim.loading import load_scenario
 from magsim.scenario import FlapMove, Scenario
 from magsim.trajectory import Flight
@@ -36,9 +36,9 @@ def test_flaps_run_at_the_rate_of_their_motor(cessna: Aircraft, flapped: Flight)
     rate = math.degrees(cessna.facts.controls.flap.rate.value)
     time, angle = flapped.carrier.time_s, np.degrees(flapped.controls["flap"])
     legs = {s.leg: s.start_s for s in flapped.segments if not s.turn}
-    asked = [(12.0, 0.0, 10.0), (legs[2] + 5.0, 10.0, 30.0), (legs[3], 30.0, 0.0)]
+    expected = [(12.0, 0.0, 10.0), (legs[2] + 5.0, 10.0, 30.0), (legs[3], 30.0, 0.0)]
     assert len(flapped.notes["flap_runs"]) == 3
-    for (moment, before, after), run in zip(asked, flapped.notes["flap_runs"], strict=True):
+    for (moment, before, after), run in zip(expected, flapped.notes["flap_runs"], strict=True):
         # The lever is moved by the guidance, ten times a second.
         assert -0.04 <= run["start_s"] - moment <= 0.14
         assert run["stop_s"] - run["start_s"] == pytest.approx(abs(after - before) / rate, abs=0.04)
@@ -63,7 +63,7 @@ def test_moved_flaps_end_in_the_trim_of_flaps_that_were_set(cessna: Aircraft, fl
     leg = next(s for s in flapped.segments if s.leg == 1 and not s.turn)
     rows = (flapped.carrier.time_s > leg.stop_s - 8.0) & (flapped.carrier.time_s < leg.stop_s - 2.0)
     for flap_deg, pitch in ((10.0, flapped.carrier.attitude[rows, 1].mean()), (0.0, flapped.carrier.attitude[60, 1])):
-        setup = Setup(0.0, 0.0, 1000.0, 0.0, 60.0, flap_rad=math.radians(flap_deg))
+        setup = PlantSetup(0.0, 0.0, 1000.0, 0.0, 60.0, flap_rad=math.radians(flap_deg))
         assert math.degrees(pitch - trim(cessna.facts, setup).pitch) == pytest.approx(0.0, abs=0.15)
 
 
@@ -104,23 +104,23 @@ def test_runs_of_a_log() -> None:
 
 
 def test_the_last_of_two_settings_at_once_holds() -> None:
-    hand = FlapHand([FlapMove(deflection_deg=20.0, at_s=2.0), FlapMove(deflection_deg=5.0, leg=1, after_s=2.5)])
-    hand.begin(60.0)
-    assert hand.setting(61.9) is None
-    hand.entered(1, 1, 60.0)
-    assert math.degrees(hand.setting(62.6)) == pytest.approx(5.0)
-    hand.check()
+    schedule = FlapSchedule([FlapMove(deflection_deg=20.0, at_s=2.0), FlapMove(deflection_deg=5.0, leg=1, after_s=2.5)])
+    schedule.begin(60.0)
+    assert schedule.setting(61.9) is None
+    schedule.entered(1, 1, 60.0)
+    assert math.degrees(schedule.setting(62.6)) == pytest.approx(5.0)
+    schedule.check()
 
 
-def test_a_move_that_was_not_made_is_told() -> None:
-    hand = FlapHand([FlapMove(deflection_deg=10.0, leg=2, after_s=500.0)])
-    hand.begin(60.0)
+def test_a_move_that_was_not_made_is_reported() -> None:
+    schedule = FlapSchedule([FlapMove(deflection_deg=10.0, leg=2, after_s=500.0)])
+    schedule.begin(60.0)
     with pytest.raises(DataError, match=r"ended before flight.flaps\[0\], 10 deg at leg 2 of circuit 1 and 500 s;"):
-        hand.check()
+        schedule.check()
 
 
 @pytest.mark.parametrize(
-    ("moves", "told"),
+    ("moves", "message"),
     [
         ([{"deflection_deg": 31.0, "leg": 1}], "31 is beyond the travel of c208b; allowed: 0 to 30"),
         ([{"deflection_deg": 30.0, "leg": 1}], r"30 deg of flap at 75 m/s, 64\.6 m/s indicated; .* up to 64\.3"),
@@ -131,9 +131,9 @@ def test_a_move_that_was_not_made_is_told() -> None:
         ([{"deflection_deg": 5.0, "circuit": 2, "at_s": 3.0}], "circuit and after_s belong to a leg"),
     ],
 )
-def test_moves_are_held_to_the_aircraft_and_the_pattern(moves: list, told: str) -> None:
+def test_moves_are_held_to_the_aircraft_and_the_pattern(moves: list, message: str) -> None:
     text = "[" + ",".join("{" + ",".join(f"{k}={v}" for k, v in move.items()) + "}" for move in moves) + "]"
-    with pytest.raises(RequestError, match=told):
+    with pytest.raises(RequestError, match=message):
         load_scenario("calibration_c208b", (f"flight.flaps={text}",))
 
 
@@ -150,10 +150,10 @@ def test_a_track_brings_its_own_flaps() -> None:
 
 def test_moments_that_never_come_are_refused(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
     pattern = {"kind": "survey", "lines": 3, "line_m": 2000.0, "ties": 1, "tie_spacing_m": 500.0}
-    for move, told in (
+    for move, message in (
         ({"leg": 2, "circuit": 2}, r"circuit 2 has no leg 2; allowed: 1 to 1"),
         ({"at_s": 9000.0}, r"at_s: 9000 s is after the end of the flight; allowed: up to about \d+"),
     ):
         scenario = scenario_of(pattern, start=SLOW, flight={"flaps": [{"deflection_deg": 10.0} | move]})
-        with pytest.raises(RequestError, match=told):
+        with pytest.raises(RequestError, match=message):
             fly(scenario, cessna)

@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from magsim.flight.path.elements import Label
+from magsim.flight.path.elements import PathLabel
 from magsim.flight.pilot.calibration import GRID_PERIODS_S
 from magsim.flight.pilot.measure import fit_sine
 from magsim.flight.pilot.response import BOUNDS, LoopResponse
-from magsim.flight.pilot.trains import Sweep, joint_sweeps, sweeps_of_leg
+from magsim.flight.pilot.trains import SineTrain, trains_of_leg, trains_of_maneuver
 from magsim.scenario import Box, Cloverleaf, Combined
 
 
@@ -39,7 +39,7 @@ def test_trains_follow_each_other() -> None:
         {"axis": "roll", "amplitude_deg": 4.0, "period_s": 8.0, "cycles": 1, "rest_s": 1.0},
     ]
     box = Box(lead_s=2.0, maneuvers=trains)
-    first, second, third = sweeps_of_leg(box, Label(1, 2, False, 90.0, index=1), 100.0, 133.0)
+    first, second, third = trains_of_leg(box, PathLabel(1, 2, False, 90.0, leg_index=1), 100.0, 133.0)
     assert (first.start_s, first.stop_s, first.amplitude_deg) == (102.0, 120.0, 8.0)
     assert (second.start_s, second.stop_s, second.period_s) == (127.0, 147.0, 10.0)
     assert (third.start_s, third.stop_s) == (151.0, 159.0)
@@ -51,12 +51,12 @@ def test_trains_follow_each_other() -> None:
 
 def test_easing_leaves_the_integral_without_mean() -> None:
     # The integral of A sin(omega t) swings about zero if it stands at -A / omega when the first cycle begins.
-    sweep = Sweep("roll", 1, 1, 10.0, 6.0, 3, 12.0, 3.0, 3.0)
+    train = SineTrain("roll", 1, 1, 10.0, 6.0, 3, 12.0, 3.0, 3.0)
     time = np.linspace(0.0, 40.0, 40001)
-    angle = np.array([sweep.angle(t) for t in time])
+    angle = np.array([train.angle(t) for t in time])
     integral = np.concatenate([[0.0], np.cumsum(0.5 * (angle[1:] + angle[:-1]) * np.diff(time))])
     inside = (time >= 10.0) & (time < 28.0)
-    swing = math.radians(12.0) / sweep.omega
+    swing = math.radians(12.0) / train.omega
     assert integral[inside].mean() == pytest.approx(0.0, abs=1e-3 * swing)
     assert integral[-1] == pytest.approx(0.0, abs=1e-3 * swing)
     assert np.abs(integral[inside]).max() == pytest.approx(swing, rel=1e-3)
@@ -85,7 +85,7 @@ COMBINED = {
 
 def test_a_combined_maneuver_swings_several_axes_in_their_phases() -> None:
     box = Box(lead_s=12.0, maneuvers=[COMBINED, {"axis": "yaw", "amplitude_deg": 5.0, "period_s": 5.0}])
-    pitch, roll, yaw = sweeps_of_leg(box, Label(1, 2, False, 90.0, index=1), 100.0, 133.0)
+    pitch, roll, yaw = trains_of_leg(box, PathLabel(1, 2, False, 90.0, leg_index=1), 100.0, 133.0)
     # Two cycles of the longest period; three whole ones of the other fit, a quarter of a period late.
     assert (pitch.axis, pitch.kind, pitch.start_s, pitch.stop_s, pitch.amplitude_deg) == (
         "pitch",
@@ -95,7 +95,7 @@ def test_a_combined_maneuver_swings_several_axes_in_their_phases() -> None:
         3.0,
     )
     assert (roll.axis, roll.kind, roll.start_s, roll.cycles, roll.amplitude_deg) == ("roll", "combined", 113.5, 3, 4.0)
-    assert (yaw.axis, yaw.kind, len(yaw.joint), yaw.start_s) == ("yaw", "yaw", 1, 138.0)
+    assert (yaw.axis, yaw.kind, len(yaw.maneuver), yaw.start_s) == ("yaw", "yaw", 1, 138.0)
     # Sine against minus cosine: at its quarter period the one peaks where the other passes zero.
     assert roll.angle(113.5) == pytest.approx(0.0, abs=1e-12)
     assert roll.angle(115.0) == pytest.approx(math.radians(4.0))
@@ -104,19 +104,20 @@ def test_a_combined_maneuver_swings_several_axes_in_their_phases() -> None:
 def test_the_same_combined_maneuver_is_the_same_request_wherever_it_is_flown() -> None:
     box = Box(lead_s=12.0, maneuvers=[COMBINED])
     first, again = (
-        sweeps_of_leg(box, Label(1, leg, False, 90.0, index=leg), at_s, 133.0) for leg, at_s in ((1, 0.1), (3, 777.7))
+        trains_of_leg(box, PathLabel(1, leg, False, 90.0, leg_index=leg), at_s, 133.0)
+        for leg, at_s in ((1, 0.1), (3, 777.7))
     )
-    other = sweeps_of_leg(box, Label(1, 2, False, 90.0, index=2), 0.1, 133.0)
-    assert first[0].joint == first[1].joint == again[0].joint != other[0].joint
-    pitch, roll = first[0].joint
+    other = trains_of_leg(box, PathLabel(1, 2, False, 90.0, leg_index=2), 0.1, 133.0)
+    assert first[0].maneuver == first[1].maneuver == again[0].maneuver != other[0].maneuver
+    pitch, roll = first[0].maneuver
     assert (pitch.axis, pitch.lag_s, roll.axis, roll.lag_s, roll.amplitude_deg) == ("pitch", 0.0, "roll", 1.5, 4.0)
-    flown = joint_sweeps(first[0].joint, 50.0)
+    flown = trains_of_maneuver(first[0].maneuver, 50.0)
     for mine, theirs in zip(flown, first, strict=True):
         assert mine.start_s - 50.0 == pytest.approx(theirs.start_s - first[0].start_s)
         assert mine.angle(55.5) == pytest.approx(theirs.angle(5.5 + first[0].start_s))
 
 
-def test_the_largest_amplitude_is_told_with_its_reason() -> None:
+def test_the_largest_amplitude_is_reported_with_its_reason() -> None:
     period = np.array([3.0, 6.0, 12.0])
     response = LoopResponse(
         period,
@@ -135,25 +136,25 @@ def test_the_largest_amplitude_is_told_with_its_reason() -> None:
 
 def test_an_envelope_of_none_starts_at_once() -> None:
     hard = Box(maneuvers=[{"axis": "roll", "amplitude_deg": 5.0, "envelope_cycles": 0.0}])
-    (sweep,) = sweeps_of_leg(hard, Label(1, 1, False, 0.0), 0.0, 133.0)
-    assert (sweep.ease_in_s, sweep.ease_out_s) == (0.0, 0.0)
-    assert sweep.angle(sweep.start_s - 0.01) == 0.0
+    (train,) = trains_of_leg(hard, PathLabel(1, 1, False, 0.0), 0.0, 133.0)
+    assert (train.ease_in_s, train.ease_out_s) == (0.0, 0.0)
+    assert train.angle(train.start_s - 0.01) == 0.0
     slow = Box(maneuvers=[{"axis": "roll", "amplitude_deg": 5.0, "period_s": 4.0, "envelope_cycles": 1.5}])
-    (sweep,) = sweeps_of_leg(slow, Label(1, 1, False, 0.0), 0.0, 133.0)
-    assert (sweep.ease_in_s, sweep.ease_out_s) == (6.0, 6.0)
+    (train,) = trains_of_leg(slow, PathLabel(1, 1, False, 0.0), 0.0, 133.0)
+    assert (train.ease_in_s, train.ease_out_s) == (6.0, 6.0)
 
 
 @pytest.mark.parametrize("leg_s", [110.0, 133.0, 160.0])
 def test_nothing_swings_near_a_center(leg_s: float) -> None:
     trains = [{"axis": axis, "amplitude_deg": 5.0, "period_s": 5.0, "rest_s": 5.0} for axis in ("pitch", "roll", "yaw")]
     clover = Cloverleaf(lead_s=10.0, quiet_s=10.0, maneuvers=trains)
-    sweeps = sweeps_of_leg(clover, Label(1, 1, False, 0.0), 0.0, leg_s)
-    assert [sweep.axis for sweep in sweeps] == ["pitch", "roll", "yaw"]
-    assert any(sweep.stop_s < 0.5 * leg_s for sweep in sweeps)
-    for sweep in sweeps:
-        begin, end = sweep.start_s - sweep.ease_in_s, sweep.stop_s + sweep.ease_out_s
+    trains = trains_of_leg(clover, PathLabel(1, 1, False, 0.0), 0.0, leg_s)
+    assert [train.axis for train in trains] == ["pitch", "roll", "yaw"]
+    assert any(train.stop_s < 0.5 * leg_s for train in trains)
+    for train in trains:
+        begin, end = train.start_s - train.ease_in_s, train.stop_s + train.ease_out_s
         assert end <= 0.5 * leg_s - 12.0 + 1e-9 or begin >= 0.5 * leg_s + 12.0 - 1e-9
-    for before, after in pairwise(sweeps):
+    for before, after in pairwise(trains):
         assert after.start_s >= before.stop_s + 5.0 - 1e-9
 
 

@@ -17,17 +17,17 @@ from magsim.flight.model.aero import inertia
 from magsim.flight.model.airframe import PULLS, airframe_xml, model_files
 from magsim.flight.model.channels import CarrierState
 from magsim.flight.model.plant import Plant
-from magsim.flight.model.setup import Setup
+from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.tow import towing
-from magsim.flight.tow.coupled import Coupled
+from magsim.flight.tow.coupled import CoupledChain
 from magsim.flight.tow.towing import tow_bird
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Gusts, Scenario
 from magsim.trajectory import Flight
 from magsim.units import FT, LBF
 
-SETUP = Setup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
+SETUP = PlantSetup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
 SPEED_MPS, DENSITY = 55.0, 1.1116
 """Density of the standard atmosphere at 1000 m [kg/m^3]."""
 
@@ -62,7 +62,7 @@ def slender(bird: Bird) -> Bird:
 
 @pytest.fixture(scope="module")
 def towed(scenario_of: ScenarioOf, cessna: Aircraft, bird: Bird) -> Callable[..., Flight]:
-    """Fly a line with a bird that pulls and swings in for 10 s, or with none that flies as long."""
+    """Fly a line with a bird that pulls and settles for 10 s, or with none that flies as long."""
 
     def go(tow: dict | None, pattern: dict = LINE, *, own: Bird | None = None, **tables: object) -> Flight:
         flight = {"warmup_s": WARMUP_S if tow is not None else WARMUP_S + 10.0} | tables.pop("flight", {})
@@ -89,29 +89,29 @@ def gusty(towed: Callable[..., Flight]) -> Flight:
     return towed({"gusts": {"speed_mps": 1.0}})
 
 
-def test_the_gusts_that_judge_the_bird_are_those_it_met(
+def test_the_flow_angle_uses_the_gusts_of_the_coupled_flight(
     towed: Callable[..., Flight], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    met, judged = {}, []
-    gust, gusts_n = Coupled._gust, towing.gusts_n
+    drawn, used = {}, []
+    gust, gusts_n = CoupledChain._gust, towing.gusts_n
 
-    def meet(self: Coupled, time_s: float) -> np.ndarray:
-        met[time_s] = gust(self, time_s)
-        return met[time_s]
+    def draw(self: CoupledChain, time_s: float) -> np.ndarray:
+        drawn[time_s] = gust(self, time_s)
+        return drawn[time_s]
 
-    def judge(gusts: Gusts, time_s: np.ndarray, begun_s: float, *more: float) -> np.ndarray:
-        judged.append((time_s - begun_s, gusts_n(gusts, time_s, begun_s, *more)))
-        return judged[-1][1]
+    def use(gusts: Gusts, time_s: np.ndarray, begun_s: float, *more: float) -> np.ndarray:
+        used.append((time_s - begun_s, gusts_n(gusts, time_s, begun_s, *more)))
+        return used[-1][1]
 
-    monkeypatch.setattr(Coupled, "_gust", meet)
-    monkeypatch.setattr(towing, "gusts_n", judge)
+    monkeypatch.setattr(CoupledChain, "_gust", draw)
+    monkeypatch.setattr(towing, "gusts_n", use)
     towed({"gusts": {"speed_mps": 1.0}})
-    ((since, found),) = judged
-    times = np.array(sorted(met))
+    ((since, found),) = used
+    times = np.array(sorted(drawn))
     # a new one in every step, from the beginning on; the log begins when the autopilot has settled
     np.testing.assert_allclose(np.diff(times), times[1], rtol=0, atol=1e-9)
     assert since[0] > WARMUP_S - 5.0
-    there = np.column_stack([np.interp(since, times, [met[time][k] for time in times]) for k in range(3)])
+    there = np.column_stack([np.interp(since, times, [drawn[time][k] for time in times]) for k in range(3)])
     np.testing.assert_allclose(found, there, rtol=0, atol=0.01)
     assert found.std() > 0.3
 
@@ -152,29 +152,29 @@ def test_a_known_pull_accelerates_as_newton_says(
 
 
 class Pull:
-    """Pulls with a constant force and keeps what it was told."""
+    """Pulls with a constant force and keeps the states."""
 
     def __init__(self, force_n: tuple[float, float, float]) -> None:
-        self.force_n, self.felt = force_n, []
+        self.force_n, self.states = force_n, []
 
-    def begin(self, felt: CarrierState) -> None:
-        self.felt.append(felt)
+    def begin(self, state: CarrierState) -> None:
+        self.states.append(state)
 
-    def step(self, felt: CarrierState) -> tuple[float, float, float]:
-        self.felt.append(felt)
+    def step(self, state: CarrierState) -> tuple[float, float, float]:
+        self.states.append(state)
         return self.force_n
 
 
-def test_the_plant_hands_the_pull_on_step_by_step(cessna: Aircraft) -> None:
+def test_the_plant_passes_the_pull_on_step_by_step(cessna: Aircraft) -> None:
     free, bound = Pull((0.0, 0.0, 0.0)), Pull((-150.0, 0.0, 445.0))
     plants = [Plant(cessna.facts, replace(SETUP, hook_b=(-0.4, 0.0, 0.95)), pull) for pull in (free, bound)]
     bare = Plant(cessna.facts, SETUP)
     for plant in (*plants, bare):
         plant.run(3)
-    assert [len(pull.felt) for pull in (free, bound)] == [4, 4]
+    assert [len(pull.states) for pull in (free, bound)] == [4, 4]
     # A force of nothing changes nothing.
     np.testing.assert_allclose(plants[0].row, bare.row, rtol=1e-12, atol=1e-12)
-    last = bound.felt[-1]
+    last = bound.states[-1]
     for name in CarrierState._fields:
         assert getattr(last, name) == pytest.approx(plants[1].value(name), rel=1e-12, abs=1e-15)
     # What is found at the end of a step acts in the next one, whose motion is that of the one after it: in three steps
@@ -212,9 +212,9 @@ def test_the_bird_in_lock_step_swings_as_under_the_finished_flight(
     hook_m: tuple[float, ...] | None,
 ) -> None:
     """The same carrier's path, in a cubic spline through its rows, and the equations stepped after the fact."""
-    asked = {} if hook_m is None else {"hook_m": hook_m}
-    both = towed(asked, ROLLS)
-    tow = asked | {"settle_s": 0.0, "gusts": CALM}
+    given = {} if hook_m is None else {"hook_m": hook_m}
+    both = towed(given, ROLLS)
+    tow = given | {"settle_s": 0.0, "gusts": CALM}
     place = {"lat_deg": 45.3, "lon_deg": -75.7, "alt_m": 1000.0, "speed_mps": SPEED_MPS}
     after = tow_bird(replace(both, bird=None, rope={}), scenario_of(ROLLS, start=place, tow=tow), cessna, bird)
     # It begins in its equilibrium 4 s before the first row, when the other has swung in: that difference dies away.
@@ -255,7 +255,7 @@ def test_the_carrier_holds_the_bird_up(heavy: Flight, untowed: Flight) -> None:
     assert np.abs(heavy.carrier.attitude[rows, 0] - untowed.carrier.attitude[rows, 0]).max() < math.radians(0.05)
 
 
-def test_a_feather_is_not_felt(towed: Callable[..., Flight], slender: Bird, heavy: Flight, untowed: Flight) -> None:
+def test_a_feather_has_no_effect(towed: Callable[..., Flight], slender: Bird, heavy: Flight, untowed: Flight) -> None:
     """Half a kilogram on a thread: all of its effect is that of the bird, in the ratio of the pulls."""
     rope = {"length_m": 10.0, "diameter_m": 1e-4, "mass_kgpm": 5e-3, "links": 2}
     body = {"mass_kg": 0.5, "drag_area_m2": 1e-4, "fin_area_m2": 1e-3}
@@ -293,10 +293,10 @@ def test_the_same_tow_has_the_same_bits(towed: Callable[..., Flight], gusty: Fli
     assert digest(heavy) != digest(gusty)
 
 
-# ---- what is told ----------------------------------------------------------------------------------------------
+# ---- messages -----------------------------------------------------------------------------------------------------
 
 
-def test_steps_that_are_too_few_for_the_rope_are_told(towed: Callable[..., Flight], slender: Bird) -> None:
+def test_steps_that_are_too_few_for_the_rope_are_reported(towed: Callable[..., Flight], slender: Bird) -> None:
     thread = {"length_m": 10.0, "diameter_m": 1e-4, "mass_kgpm": 1e-3}
     body = {"mass_kg": 3.1, "drag_area_m2": 1e-4, "fin_area_m2": 1e-3}
     with pytest.raises(
@@ -312,7 +312,7 @@ def test_steps_that_are_too_few_for_the_rope_are_told(towed: Callable[..., Fligh
         towed({"rope": {"mass_kgpm": 1e-3}})
 
 
-def test_a_bird_that_is_too_light_is_told_before_the_flight(towed: Callable[..., Flight]) -> None:
+def test_a_bird_that_is_too_light_is_reported_before_the_flight(towed: Callable[..., Flight]) -> None:
     with pytest.raises(
         RequestError,
         match=r"^tow\.body\.mass_kg: 2 kg are too light for their drag and that of the rope: at 55 m/s the bird trails "

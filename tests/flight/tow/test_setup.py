@@ -1,4 +1,4 @@
-"""From a scenario's tow to a line: what it leaves out, and what is told where nothing hangs."""
+"""The chain of a scenario's tow: default values, and messages without an equilibrium."""
 
 import math
 import re
@@ -7,8 +7,8 @@ import pytest
 
 from magsim.aircraft import Bird, load_aircraft, load_bird
 from magsim.errors import RequestError
-from magsim.flight.tow.equilibrium import steady
-from magsim.flight.tow.setup import MOST_TRAIL, equilibrium, hangs, hook_of, line_of
+from magsim.flight.tow.equilibrium import find_equilibrium
+from magsim.flight.tow.setup import MOST_TRAIL, chain_of, hangs, hook_of, require_equilibrium
 from magsim.scenario import Tow
 
 DENSITY = 1.1
@@ -24,10 +24,10 @@ def tow_of(bird: Bird, *, rope: dict | None = None, **body: object) -> Tow:
 
 
 def test_what_a_scenario_leaves_out_is_what_the_file_says(bird: Bird) -> None:
-    plain = line_of(tow_of(bird), bird)
+    plain = chain_of(tow_of(bird), bird)
     assert plain.body.mass_kg == bird.facts.body.mass.value
     assert plain.rope.length_m == bird.facts.rope.length.value
-    asked = line_of(
+    given = chain_of(
         tow_of(
             bird,
             rope={"length_m": 20.0, "diameter_m": 0.02, "mass_kgpm": 0.3, "links": 8},
@@ -40,9 +40,9 @@ def test_what_a_scenario_leaves_out_is_what_the_file_says(bird: Bird) -> None:
         ),
         bird,
     )
-    assert (asked.rope.length_m, asked.rope.diameter_m, asked.rope.mass_per_m, asked.links) == (20.0, 0.02, 0.3, 8)
-    assert (asked.rope.normal_drag, asked.rope.tangential_drag) == (plain.rope.normal_drag, plain.rope.tangential_drag)
-    body = asked.body
+    assert (given.rope.length_m, given.rope.diameter_m, given.rope.mass_per_m, given.links) == (20.0, 0.02, 0.3, 8)
+    assert (given.rope.normal_drag, given.rope.tangential_drag) == (plain.rope.normal_drag, plain.rope.tangential_drag)
+    body = given.body
     assert (body.mass_kg, body.drag_area_m2, body.cross_area_m2) == (40.0, (0.0, 0.0, 0.0), 0.1)
     assert (body.fin_area_m2, body.fin_station_m, body.bridle_m) == (0.5, -1.5, (0.1, 0.0, -0.3))
     # a body of half the mass has half the moments of inertia
@@ -53,7 +53,7 @@ def test_places_count_from_the_center_of_gravity(bird: Bird) -> None:
     center = bird.facts.body.center_of_gravity.model_copy(update={"value": (0.2, 0.0, 0.05)})
     moved = bird.facts.body.model_copy(update={"center_of_gravity": center})
     other = Bird(bird.name, bird.facts.model_copy(update={"body": moved}), bird.magnetics, bird.digest)
-    body = line_of(tow_of(other), other).body
+    body = chain_of(tow_of(other), other).body
     assert body.bridle_m == pytest.approx((0.15 - 0.2, 0.0, -0.22 - 0.05))
     assert body.fin_station_m == pytest.approx(-1.1 - 0.2)
 
@@ -81,16 +81,16 @@ TOO_LIGHT = re.compile(
         ({}, {"mass_kg": 3.0, "bridle_m": [0.8, 0.0, 0.0]}, 60.0),
     ],
 )
-def test_mass_and_speed_that_are_said_to_be_allowed_are(bird: Bird, rope: dict, body: dict, speed_mps: float) -> None:
-    with pytest.raises(RequestError) as told:
-        equilibrium(tow_of(bird, rope=rope, **body), bird, speed_mps, DENSITY)
-    said = TOO_LIGHT.match(str(told.value))
-    assert said, str(told.value)
-    mass, speed = float(said["mass"]), float(said["speed"])
+def test_mass_and_speed_of_the_message_are_allowed(bird: Bird, rope: dict, body: dict, speed_mps: float) -> None:
+    with pytest.raises(RequestError) as caught:
+        require_equilibrium(tow_of(bird, rope=rope, **body), bird, speed_mps, DENSITY)
+    found = TOO_LIGHT.match(str(caught.value))
+    assert found, str(caught.value)
+    mass, speed = float(found["mass"]), float(found["speed"])
 
     def works(mass_kg: float, at_mps: float) -> bool:
         try:
-            equilibrium(tow_of(bird, rope=rope, **(body | {"mass_kg": mass_kg})), bird, at_mps, DENSITY)
+            require_equilibrium(tow_of(bird, rope=rope, **(body | {"mass_kg": mass_kg})), bird, at_mps, DENSITY)
         except RequestError:
             return False
         return True
@@ -113,17 +113,17 @@ def test_mass_and_speed_that_are_said_to_be_allowed_are(bird: Bird, rope: dict, 
 )
 def test_where_neither_mass_nor_speed_helps_the_rope_is_left(bird: Bird, rope: dict, body: dict) -> None:
     with pytest.raises(RequestError, match=r"allowed: up to 70 deg, that is a shorter or thinner rope$"):
-        equilibrium(tow_of(bird, rope=rope, **body), bird, 60.0, DENSITY)
+        require_equilibrium(tow_of(bird, rope=rope, **body), bird, 60.0, DENSITY)
 
 
-def test_a_bird_without_a_pitch_at_rest_is_told(bird: Bird) -> None:
+def test_a_bird_without_a_pitch_at_rest_is_reported(bird: Bird) -> None:
     with pytest.raises(RequestError, match=r"^tow\.body: bird finds no pitch in which it hangs at rest at 60 m/s; "):
-        equilibrium(tow_of(bird, fin_area_m2=0.0, bridle_m=[0.0, 0.0, 0.0]), bird, 60.0, DENSITY)
+        require_equilibrium(tow_of(bird, fin_area_m2=0.0, bridle_m=[0.0, 0.0, 0.0]), bird, 60.0, DENSITY)
 
 
-def test_an_equilibrium_hangs_up_to_the_trail_that_is_said(bird: Bird) -> None:
-    line = line_of(tow_of(bird, mass_kg=6.0), bird)
-    trails = [(speed, steady(line, speed, DENSITY)) for speed in (20.0, 40.0, 60.0, 80.0)]
+def test_an_equilibrium_hangs_up_to_the_largest_trail(bird: Bird) -> None:
+    chain = chain_of(tow_of(bird, mass_kg=6.0), bird)
+    trails = [(speed, find_equilibrium(chain, speed, DENSITY)) for speed in (20.0, 40.0, 60.0, 80.0)]
     assert [hangs(found) for _, found in trails] == [found.trail <= MOST_TRAIL for _, found in trails if found]
     assert math.degrees(MOST_TRAIL) == pytest.approx(70.0)
     assert not hangs(None)

@@ -11,12 +11,12 @@ from magsim.aircraft import Bird, load_bird
 from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.earth.gravity import gravity_n
 from magsim.errors import DataError, RequestError
-from magsim.flight.tow.chain import Line, ball
-from magsim.flight.tow.equilibrium import hanging, steady
+from magsim.flight.tow.chain import Chain, ball
+from magsim.flight.tow.equilibrium import find_equilibrium, hanging_state
 from magsim.flight.tow.hook import EARTH_SPIN_E, Hook
-from magsim.flight.tow.integration import swing
-from magsim.flight.tow.motion import Swing
-from magsim.flight.tow.setup import line_of
+from magsim.flight.tow.integration import integrate
+from magsim.flight.tow.motion import BirdMotion
+from magsim.flight.tow.setup import chain_of
 from magsim.flight.tow.towing import rope_angles, tow_bird, trajectory
 from magsim.frames import body_rates, rot_nb_from_attitude, rotate
 from magsim.scenario import Tow
@@ -42,16 +42,16 @@ def bird() -> Bird:
     return load_bird("bird")
 
 
-def flown_under(path: Trajectory, line: Line, wind: tuple[float, ...] = (0.0, 0.0, 0.0)) -> tuple[Swing, Hook]:
-    """A line under a carrier, logged finely, in a steady wind."""
+def flown_under(path: Trajectory, chain: Chain, wind: tuple[float, ...] = (0.0, 0.0, 0.0)) -> tuple[BirdMotion, Hook]:
+    """A chain under a carrier, logged finely, in a steady wind."""
     wind_n = np.tile(wind, (len(path), 1))
     hook = Hook(path, np.array([0.0, 0.0, 1.1]), wind_n, np.zeros_like(wind_n))
     first = hook.air(path.time_s[:1])[0]
-    found = steady(line, float(np.linalg.norm(first[3:6])), float(first[9]))
+    found = find_equilibrium(chain, float(np.linalg.norm(first[3:6])), float(first[9]))
     assert found is not None
     span = float(path.time_s[-1])
-    told = {"start_s": 0.0, "duration_s": [span], "step_hz": FINE_HZ, "log_hz": FINE_HZ}
-    return swing([line], [hanging(line, found, first)], [hook.air], **told)[0], hook
+    settings = {"start_s": 0.0, "duration_s": [span], "step_hz": FINE_HZ, "log_hz": FINE_HZ}
+    return integrate([chain], [hanging_state(chain, found, first)], [hook.air], **settings)[0], hook
 
 
 def towed(path: Trajectory, bird: Bird, *, wind: Callable | None = None, **tables: object) -> Flight:
@@ -61,7 +61,7 @@ def towed(path: Trajectory, bird: Bird, *, wind: Callable | None = None, **table
 def test_velocity_and_rates_are_the_derivatives_of_place_and_attitude(bird: Bird) -> None:
     """In a turn, from the log alone; the bird swings out of its straight flight."""
     path = circle(60.0, 28.0, 20.0, 9.8, seconds=30.0)
-    flown, hook = flown_under(path, line_of(Tow(), bird))
+    flown, hook = flown_under(path, chain_of(Tow(), bird))
     out = trajectory(flown, hook, (0.1, 0.0, 0.02))
     np.testing.assert_array_equal(out.reference_b, [0.1, 0.0, 0.02])
     inside = slice(60, -60)
@@ -77,15 +77,15 @@ def test_velocity_and_rates_are_the_derivatives_of_place_and_attitude(bird: Bird
 
 def test_bird_flies_below_and_behind_its_carrier_with_its_nose_along_the_course(bird: Bird) -> None:
     """East, west, north, south; the attitude counts from north and down at the bird's own place."""
-    line = line_of(Tow(), bird)
+    chain = chain_of(Tow(), bird)
     for path in (along_parallel(40.0, 28.0), along_parallel(40.0, -28.0), along_meridian(-40.0, 28.0)):
-        flown, hook = flown_under(path, line)
+        flown, hook = flown_under(path, chain)
         out = trajectory(flown, hook, (0.0, 0.0, 0.0))
         course = path.attitude[0, 2]
         off = np.degrees((out.attitude[:, 2] - course + np.pi) % (2.0 * np.pi) - np.pi)
-        # Coriolis leans the line by some hundredths of a degree
+        # Coriolis leans the chain by some hundredths of a degree
         np.testing.assert_allclose(off, 0.0, atol=0.3)
-        found = steady(line, 28.0, float(hook.air(np.zeros(1))[0, 9]))
+        found = find_equilibrium(chain, 28.0, float(hook.air(np.zeros(1))[0, 9]))
         assert found is not None
         np.testing.assert_allclose(out.attitude[:, 1], found.pitch, atol=math.radians(0.3))
         np.testing.assert_allclose(out.attitude[:, 0], 0.0, atol=math.radians(0.3))
@@ -100,9 +100,9 @@ def test_bird_flies_below_and_behind_its_carrier_with_its_nose_along_the_course(
 
 def test_angles_of_the_rope_are_aft_and_to_the_right_of_the_course(bird: Bird) -> None:
     """Wind to the east: the rope trails along the flow, so a course to the north has its bird to the right of it."""
-    line = line_of(Tow(), bird)
+    chain = chain_of(Tow(), bird)
     for sign, path in ((1.0, along_meridian(10.0, 25.0, 30.0)), (-1.0, along_meridian(10.0, -25.0, 30.0))):
-        flown, hook = flown_under(path, line, wind=(0.0, 8.0, 0.0))
+        flown, hook = flown_under(path, chain, wind=(0.0, 8.0, 0.0))
         angles = rope_angles(flown, hook)
         trail, side = np.tan(angles["trail_rad"]), np.tan(angles["side_rad"])
         assert (trail > 0.1).all()
@@ -114,7 +114,7 @@ def test_in_a_steady_turn_the_bird_hangs_outward_by_the_bank() -> None:
     """Heavy, with little drag: along the apparent gravity, which the turn leans to the left of a right turn."""
     gravity, bank = float(gravity_n(math.radians(20.0), ALT_M)[2]), 20.0
     path = circle(20.0, 28.0, bank, gravity, seconds=200.0)
-    flown, hook = flown_under(path, Line(ROPE, ball(2000.0, 0.5), 10, EARTH_SPIN_E))
+    flown, hook = flown_under(path, Chain(ROPE, ball(2000.0, 0.5), 10, EARTH_SPIN_E))
     late = flown.time_s > 150.0
     side = np.degrees(rope_angles(flown, hook)["side_rad"])[late]
     # the rope itself widens the circle: tan = v^2 / (g r) (1 + L sin / r)
@@ -125,7 +125,7 @@ def test_in_a_steady_turn_the_bird_hangs_outward_by_the_bank() -> None:
     assert side.mean() == pytest.approx(-math.degrees(lean), abs=0.3)
 
 
-def test_a_flight_with_its_bird_is_told_whole(bird: Bird) -> None:
+def test_a_flight_with_its_bird_is_complete(bird: Bird) -> None:
     path = along_parallel(30.0, 28.0, 20.0)
     flight = towed(path, bird)
     assert flight.bird is not None
@@ -142,10 +142,10 @@ def test_a_flight_with_its_bird_is_told_whole(bird: Bird) -> None:
 
 def test_air_of_the_scenario_blows_where_the_flight_knows_none(bird: Bird) -> None:
     path, air = along_meridian(30.0, 28.0, 20.0), {"wind_east_mps": 6.0}
-    told = towed(path, bird, air=air)
+    known = towed(path, bird, air=air)
     given = towed(path, bird, wind=lambda time: np.tile([0.0, 6.0, 0.0], (len(time), 1)))
-    np.testing.assert_allclose(told.bird.attitude, given.bird.attitude, atol=1e-9)
-    assert np.degrees(told.rope["side_rad"]).min() > 1.0
+    np.testing.assert_allclose(known.bird.attitude, given.bird.attitude, atol=1e-9)
+    assert np.degrees(known.rope["side_rad"]).min() > 1.0
 
 
 def heaving(part_g: float, speed_mps: float, period_s: float = 5.0) -> Trajectory:
@@ -157,24 +157,24 @@ def heaving(part_g: float, speed_mps: float, period_s: float = 5.0) -> Trajector
     return carrier(time, level.lat_rad, level.lon_rad, ALT_M + size * np.sin(omega * time))
 
 
-def test_a_slack_rope_is_told_with_its_time(bird: Bird) -> None:
+def test_a_slack_rope_is_reported_with_its_time(bird: Bird) -> None:
     with pytest.raises(DataError, match=r"^the rope went slack at t = \d+\.\d s: .*; allowed: gentler maneuvers and "):
         towed(heaving(1.3, 28.0), bird)
     flight = towed(heaving(0.5, 28.0), bird)
     assert 0.0 < flight.notes["tow"]["least_tension_n"] < 400.0
 
 
-def test_air_from_beyond_the_model_of_the_bird_is_told(bird: Bird) -> None:
-    told = r"^the air met the bird \d+ deg off its axis at t = \d+\.\d s; allowed: up to 45 deg, "
-    with pytest.raises(DataError, match=told):
+def test_air_from_beyond_the_model_of_the_bird_is_reported(bird: Bird) -> None:
+    message = r"^the air met the bird \d+ deg off its axis at t = \d+\.\d s; allowed: up to 45 deg, "
+    with pytest.raises(DataError, match=message):
         towed(heaving(0.9, 28.0), bird)
 
 
-def test_steps_that_are_too_few_are_told_and_more_of_them_do(bird: Bird) -> None:
+def test_steps_that_are_too_few_are_reported_and_more_of_them_do(bird: Bird) -> None:
     """20 links of 1.5 m bear 486 N at 30 steps a second, 1944 N at 60; the rope takes 750 N."""
     path = along_parallel(30.0, 28.0, 20.0)
-    told = r"^tow\.step_hz: 30 steps a second bear 486 N in a rope of 20 links, but it .*; allowed: more steps, "
-    with pytest.raises(RequestError, match=told):
+    message = r"^tow\.step_hz: 30 steps a second bear 486 N in a rope of 20 links, but it .*; allowed: more steps, "
+    with pytest.raises(RequestError, match=message):
         towed(path, bird, tow={"step_hz": 30, "rope": {"links": 20}})
     flight = towed(path, bird, tow={"step_hz": 60, "rope": {"links": 20}})
     assert flight.notes["tow"]["step_hz"] == 60
@@ -183,27 +183,27 @@ def test_steps_that_are_too_few_are_told_and_more_of_them_do(bird: Bird) -> None
 
 
 @pytest.mark.parametrize("mass_kgpm", [0.001, 0.0015])
-def test_a_rope_too_light_for_any_steps_is_told(bird: Bird, mass_kgpm: float) -> None:
+def test_a_rope_too_light_for_any_steps_is_reported(bird: Bird, mass_kgpm: float) -> None:
     """60 links of 0.25 m: 1920 steps a second bear 461 and 691 N, it takes 730; the second is shaken slack first."""
     rope = {"links": 60, "length_m": 15.0, "mass_kgpm": mass_kgpm}
-    told = rf"^the swing of the bird diverged at t = .* of 60 links of {mass_kgpm} kg/m; allowed: .* a heavier rope$"
-    with pytest.raises(DataError, match=told):
+    message = rf"^the swing of the bird diverged at t = .* of 60 links of {mass_kgpm} kg/m; allowed: .* a heavier rope$"
+    with pytest.raises(DataError, match=message):
         towed(along_parallel(30.0, 28.0, 5.0), bird, tow={"rope": rope})
     rope |= {"links": 20}
     assert towed(along_parallel(30.0, 28.0, 5.0), bird, tow={"rope": rope}).bird is not None
 
 
-def test_a_bird_too_light_is_told_before_it_flies(bird: Bird) -> None:
+def test_a_bird_too_light_is_reported_before_it_flies(bird: Bird) -> None:
     with pytest.raises(RequestError, match=r"^tow\.body\.mass_kg: 2 kg are too light .* at least [\d.]+ kg"):
         towed(along_parallel(30.0, 55.0, 20.0), bird, speed_mps=55.0, tow={"body": {"mass_kg": 2.0}})
 
 
 def test_place_of_the_bridle_is_where_the_angles_are_counted_to(bird: Bird) -> None:
     """The rope ends at the bridle, not at the center of gravity."""
-    path, line = along_parallel(5.0, 28.0, 5.0), line_of(Tow(), bird)
-    flown, hook = flown_under(path, line)
+    path, chain = along_parallel(5.0, 28.0, 5.0), chain_of(Tow(), bird)
+    flown, hook = flown_under(path, chain)
     rot_ne = rot_ne_at(path.at(flown.time_s).lat_rad, path.at(flown.time_s).lon_rad)
     out = trajectory(flown, hook, (0.0, 0.0, 0.0))
-    arm = rotate(rot_nb_from_attitude(out.attitude), np.tile(line.body.bridle_m, (len(out), 1)))
+    arm = rotate(rot_nb_from_attitude(out.attitude), np.tile(chain.body.bridle_m, (len(out), 1)))
     _, east, down = (rotate(rot_ne, flown.place_m) + arm).T
     np.testing.assert_allclose(rope_angles(flown, hook)["trail_rad"], np.arctan2(-east, down), atol=1e-5)
