@@ -85,7 +85,7 @@ def test_without_xarray_its_package_is_named(monkeypatch):
 def test_a_recording_plots_itself():
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
-    from matplotlib import pyplot
+    from matplotlib import pyplot as plt
     from matplotlib.figure import Figure
 
     from tests.support.worlds import World, calibration
@@ -93,6 +93,6 @@ def test_a_recording_plots_itself():
     figure = calibration(World(circuits=1)).plot("field", "cabin")
     assert isinstance(figure, Figure)
     assert figure.axes
-    pyplot.close(figure)
+    plt.close(figure)
     with pytest.raises(RequestError, match="'nothing'"):
         recording().plot("nothing")
