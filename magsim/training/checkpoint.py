@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any, NamedTuple
 
 import torch
@@ -82,6 +83,10 @@ class Checkpoint:
             state = torch.load(stem.with_suffix(".pt"), weights_only=True)
         except (OSError, ValueError, KeyError, EOFError, RuntimeError, SafetensorError) as error:
             msg = f"checkpoint {stem} is broken: {error}"
+            raise DataError(msg) from None
+        except UnpicklingError:
+            # torch's own message advises to load it without protection
+            msg = f"checkpoint {stem} is broken: it holds other things than tensors and plain values"
             raise DataError(msg) from None
         if about["identity"] != self.identity:
             msg = f"checkpoint {self.folder} belongs to a run with other settings or other recordings"

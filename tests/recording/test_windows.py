@@ -1,5 +1,7 @@
 """Windows out of mapped memory hold the values that the recordings hold."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,70 @@ def test_every_window_has_the_rows_that_it_names(shard, role):
         assert np.ptp(wrote.time_s) == pytest.approx(0.9)
         places.add((flight, first))
     assert len(places) == len(windows)
+
+
+def test_rows_of_all_stretches_that_have_windows_are_counted(shard):
+    path, flights = shard
+    windows = Windows(path, rows=10)
+    assert windows.total_rows == 50 + 60 + 31
+    assert windows.rows == 10
+    assert Windows(path, rows=1).total_rows == sum(len(flight) for flight in flights)
+
+
+def test_windows_of_named_columns_in_any_order(shard):
+    path, _ = shard
+    whole = Windows(path, rows=10)
+    some = Windows(path, rows=10, names=("mag_b_nt", "mag_a_nt"))
+    assert some.names == ("mag_b_nt", "mag_a_nt")
+    indices = [0, 41, 104]
+    np.testing.assert_array_equal(some.take(indices), whole.take(indices)[:, :, ::-1])
+    one = Windows(path, rows=10, role="label", names=["interference_b_nt"])
+    np.testing.assert_array_equal(one.take(indices), Windows(path, rows=10, role="label").take(indices)[:, :, 1:])
+    with pytest.raises(RequestError, match="windows have no column mag_c_nt, x; the flights have mag_a_nt, mag_b_nt"):
+        Windows(path, rows=10, names=["mag_c_nt", "mag_a_nt", "x"])
+    with pytest.raises(RequestError, match="none is named"):
+        Windows(path, rows=10, names=[])
+
+
+@pytest.fixture
+def split(tmp_path):
+    """Flights with and without splits; the second has a jump in time inside of its training rows."""
+    codes = np.repeat([0.0, 1.0, 2.0, 0.0], [15, 8, 20, 17])
+    flights = [
+        replace(flight, data={**flight.data, "circuit": np.ones(60), "split": codes})
+        for flight in (make("one", 60), make("two", 60, gap=True))
+    ]
+    write_recordings(tmp_path / "split.h5", [*flights, make("three", 40)])
+    return tmp_path / "split.h5", flights
+
+
+@pytest.mark.parametrize("splits", [("train",), ("valid",), ("train", "valid"), ("valid", "test", "train")])
+def test_windows_of_some_splits_are_all_those_whose_rows_have_them(split, splits):
+    """By hand: every window of every flight is looked at. A flight without a split has none."""
+    path, flights = split
+    words = {"train": 0.0, "valid": 1.0, "test": 2.0}
+    expected, rows = [], set()
+    for number, flight in enumerate(flights):
+        for first in range(60 - 6):
+            window = flight.take(slice(first, first + 7))
+            together = np.ptp(window.time_s) < 0.65
+            if together and np.isin(window["split"], [words[word] for word in splits]).all():
+                expected.append((number, first))
+                rows |= {(number, row) for row in range(first, first + 7)}
+    windows = Windows(path, rows=7, splits=splits)
+    assert [windows.where(index) for index in range(len(windows))] == expected
+    assert windows.total_rows == len(rows)
+    for index, (number, first) in enumerate(expected):
+        taken = flights[number].take(slice(first, first + 7))
+        np.testing.assert_array_equal(windows.take([index])[0], taken.stack(windows.names))
+
+
+def test_splits_without_a_window_are_refused(split):
+    path, _ = split
+    with pytest.raises(RequestError, match="has 21 rows of the splits test without a jump in time"):
+        Windows(path, rows=21, splits=["test"])
+    with pytest.raises(ValueError, match="there is no split 'exam'; allowed: train, valid, test"):
+        Windows(path, rows=5, splits=["train", "exam"])
 
 
 def test_windows_are_drawn_with_equal_chances(shard):
