@@ -1,6 +1,6 @@
 # make demo   from a scenario to a scored compensation, with figures, into demo/
-# make test   lint, import contracts, all tests
-# make lint   the first two alone
+# make test   lint and all tests
+# make lint   style, types, import contracts
 # make datasets   build every data set into data/ and renew its manifest
 #
 # Each sets up .venv first, and again when pyproject.toml changes. Needed: Python 3.11, 3.12 or 3.13, and make.
@@ -31,6 +31,7 @@ test: lint
 lint: $(STAMP)
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports
 
 datasets: $(STAMP)
@@ -56,5 +57,6 @@ $(STAMP): pyproject.toml
 		sys.exit(m.version("torch").partition("+")[0] != "$(TORCH)")' >/dev/null 2>&1 \
 		|| $(VENV)/bin/python -m pip install --quiet "torch==$(TORCH)+cpu" 2>/dev/null \
 		|| $(VENV)/bin/python -m pip install --quiet "torch==$(TORCH)" --extra-index-url $(TORCH_INDEX)
+	@$(VENV)/bin/python -m pip uninstall --quiet --yes magsim 2>/dev/null || true  # its name before this one
 	@$(VENV)/bin/python -m pip install --quiet --editable '.[dev]'
 	@touch $@

@@ -209,7 +209,7 @@ def _text(text: str) -> np.ndarray:
 
 
 def _texts(texts: Iterable[str]) -> np.ndarray:
-    """Return texts as bytes of one length, marked as UTF-8; at least 2, since netCDF reads texts of length 1 otherwise."""
+    """Return texts as UTF-8 bytes of one length, at least 2: netCDF reads texts of length 1 as something else."""
     import h5py
 
     encoded = [text.encode() for text in texts]

@@ -12,7 +12,10 @@ from magsim.recording import file
 from magsim.storage import hdf5
 from magsim.storage.checksum import checksum_state
 
-_DETAILS = {"column_units": "unit", "column_frames": "frame", "column_meanings": "meaning"}
+_DETAILS = {"column_units": "unit", "column_frames": "frame"}
+"""Details of columns that must be those of this version. The wording of meanings may change from version to version."""
+
+_MEANINGS = "column_meanings"
 _MOST = 20
 
 
@@ -44,7 +47,7 @@ def verify(path: Path) -> Verified:
     """Check a recording file in every byte.
 
     The checksum at its end is that of all bytes before it, so that any change is found; the checksums of the data sets
-    locate it. Names, units, frames, meanings, shapes and types are compared with the table of columns of this version.
+    locate it. Names, units, frames, shapes and types are compared with the table of columns of this version.
 
     Parameters
     ----------
@@ -117,12 +120,13 @@ def _sum_differs(group: hdf5.Reader, name: str, *, kind: str, ndim: int) -> Iter
 
 def _details_differ(group: hdf5.Reader, role: str) -> Iterator[str]:
     names = [name.decode("utf-8", "replace") for name in group.array(f"{role}_channel", kind="S", ndim=1).tolist()]
-    for attribute, detail in _DETAILS.items():
+    for attribute in (*_DETAILS, _MEANINGS):
         texts = group.texts_attribute(role, attribute)
         if len(texts) != len(names):
             yield f"{role} has {len(names)} columns, but attribute {attribute} has {len(texts)} entries"
             continue
+        detail = _DETAILS.get(attribute)
         for name, text in zip(names, texts, strict=True):
             family = columns.find(name)
-            if family is not None and getattr(family, detail) != text:
+            if detail is not None and family is not None and getattr(family, detail) != text:
                 yield f"column {name} has {detail} {text[:60]!a}; the table of columns has {getattr(family, detail)!a}"
