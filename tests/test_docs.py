@@ -35,10 +35,12 @@ def test_the_own_compensator_of_the_page_can_be_scored(calibration, monkeypatch,
     monkeypatch.setattr(registry, "_REGISTRY", dict(registry._REGISTRY))
     text = (ROOT / "docs" / "compensators.md").read_text(encoding="utf-8")
     example = tmp_path / "mine.py"
-    example.write_text(re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)[0], encoding="utf-8")
-    report = evaluate([calibration], [runpy.run_path(str(example))["Mine"](), "tl16", "noise_floor"])
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL) if "class Mine" in block)
+    example.write_text(code, encoding="utf-8")
+    report = evaluate(calibration, [runpy.run_path(str(example))["Mine"](), f"{example}:Mine", "noise_floor"])
     assert report.value("mine", "ir") == pytest.approx(1.0)
     assert report.value("mine", "rmse_nt") < 400.0
+    assert report.value(f"{example}:Mine", "rmse_nt") == report.value("mine", "rmse_nt")
 
 
 def test_every_method_is_on_the_page():

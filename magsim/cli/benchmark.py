@@ -91,13 +91,25 @@ def _methods(text: str) -> "list[str | Compensator | tuple[str, Compensator]]":
         not file and name.partition(":")[0].strip() not in known and (Path(name).is_dir() or "/" in name)
         for name, file in zip(asked, files, strict=True)
     ]
-    short = [Path(name).name or name if folder else name for name, folder in zip(asked, folders, strict=True)]
+    short = [
+        _last_part(name) if file or folder else name for name, file, folder in zip(asked, files, folders, strict=True)
+    ]
     # classes of files first: a trained run may be one of them
     own = {name: make(name) for name, file in zip(asked, files, strict=True) if file}
     out: list[str | Compensator | tuple[str, Compensator]] = []
     for name, title, folder in zip(asked, short, folders, strict=True):
-        out.append((title if short.count(title) == 1 else name, load(name)) if folder else own.get(name, name))
+        shown = title if short.count(title) == 1 else name
+        if folder:
+            out.append((shown, load(name)))
+        else:
+            out.append((shown, own[name]) if name in own else name)
     return out
+
+
+def _last_part(name: str) -> str:
+    """Return a name for tables without the folders before it; settings of a class in a file stay."""
+    path, file, rest = name.partition(".py:")
+    return f"{Path(path).name}{file}{rest}" or name
 
 
 def _check_folder(folder: Path, *, force: bool) -> None:

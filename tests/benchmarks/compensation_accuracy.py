@@ -12,7 +12,7 @@ import sys
 import numpy as np
 
 from magsim import columns, signals
-from magsim.compensation import TollesLawson, create
+from magsim.compensation import FitContext, TollesLawson, create
 from magsim.compensation.columns.tolles_lawson import EDDY_16, INDUCED_16
 from magsim.compensation.solvers import ridge
 from magsim.field import compute_field
@@ -48,8 +48,7 @@ def error_std(recording: Recording, estimate: np.ndarray) -> float:
 
 def fitted(recording: Recording, method: object, seed: int = 0) -> object:
     """The method, fitted on the training circuit."""
-    train, valid = (recording.where(split=split).labeled() for split in ("train", "valid"))
-    return method.fit([train], sensor=recording.scalars[0], valid=[valid], seed=seed)
+    return method.fit(recording, context=FitContext(seed))
 
 
 def linear_columns(cosines: np.ndarray, rates: np.ndarray, strength: np.ndarray) -> np.ndarray:

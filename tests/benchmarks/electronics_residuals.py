@@ -20,14 +20,13 @@ OTHER_FLIGHT = ("seed=2", "recording.train_circuits=[]")
 
 def fitted(recording: Recording, sensor: str) -> TollesLawson:
     """16 terms, fitted on the training circuit."""
-    train, valid = (recording.where(split=split).labeled() for split in ("train", "valid"))
-    return TollesLawson(terms=16).fit([train], sensor=sensor, valid=[valid])
+    return TollesLawson(terms=16).fit(recording, sensor=sensor)
 
 
 def left(recording: Recording, method: TollesLawson, sensor: str) -> tuple[float, float]:
     """In-band STD [nT] of the interference on a recording, before and after compensation."""
     interference = recording[columns.MAG.name(sensor=sensor)] - recording[columns.CLEAN.name(sensor=sensor)]
-    error = interference - method.interference(recording.blind())
+    error = interference - method.interference(recording)
     return scores.band_std(interference, recording.rate_hz), scores.band_std(error, recording.rate_hz)
 
 

@@ -13,4 +13,4 @@ def test_a_folder_is_trained_and_scored(tmp_path, monkeypatch, capsys):
     (tmp_path / "set" / ".b.part.h5").write_text("being written")
     assert main(["train", "tl16", "set", "-q"]) == 0
     assert main(["benchmark", "set", "--methods", "none,runs/tl16", "-q"]) == 0
-    assert capsys.readouterr().out.count("world, sensor cabin") == 1
+    assert capsys.readouterr().out.count("world (a.h5), sensor cabin") == 1

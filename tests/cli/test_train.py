@@ -1,12 +1,14 @@
-"""``magsim train`` and ``magsim benchmark``, from the files to the exit codes."""
+"""``magsim train``, from the files to the exit codes."""
 
 import json
 
 import pytest
 
-from magsim.cli import main
 from magsim.cli import progress as module
+from tests.support.commands import run
 from tests.support.worlds import World, calibration
+
+pytestmark = pytest.mark.usefixtures("own_folder")
 
 CONFIG = """\
 method = "bp"
@@ -20,25 +22,6 @@ learning_rate = 0.001
 """
 
 
-@pytest.fixture(scope="module")
-def flight(tmp_path_factory):
-    path = tmp_path_factory.mktemp("flights") / "flight.h5"
-    calibration(World(circuits=2)).write(path)
-    return path
-
-
-@pytest.fixture(autouse=True)
-def _own_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
-def run(capsys, *args):
-    code = main([str(arg) for arg in args])
-    out = capsys.readouterr()
-    assert "Traceback" not in out.err
-    return code, out.out, out.err
-
-
 def test_closed_form_and_its_report(flight, tmp_path, capsys):
     code, out, _ = run(capsys, "train", "tl16", flight)
     assert code == 0
@@ -49,8 +32,8 @@ def test_closed_form_and_its_report(flight, tmp_path, capsys):
     about = json.loads((folder / "run.json").read_text())
     (rows,) = about["rows"]
     assert rows["recording"] == "world"
-    assert rows["train"]["first_last_rows"] == [[0.0, 479.9, 4800]]
-    assert rows["valid"]["first_last_rows"] == [[480.0, 639.9, 1600]]
+    assert rows["first_last_rows"] == [[0.0, 639.9, 6400]]
+    assert rows["valid_rows"] == 1600
     assert str(tmp_path) not in (folder / "run.json").read_text()
 
 
@@ -75,7 +58,7 @@ def test_existing_runs_are_not_touched(flight, tmp_path, capsys):
     before = (tmp_path / "run" / "compensator.json").stat().st_mtime_ns
     code, _, err = run(capsys, *args)
     assert code == 2
-    assert "holds a run already: --resume goes on with a run, --force replaces it" in err
+    assert "holds a run already: --resume continues a run, --force replaces it" in err
     code, _, err = run(capsys, *args, "--resume")
     assert code == 0
     assert "complete" in err
@@ -89,16 +72,16 @@ def test_existing_runs_are_not_touched(flight, tmp_path, capsys):
     assert "no run to resume" in err
 
 
-def test_broken_off_run_is_resumed(flight, tmp_path, capsys, monkeypatch):
+def test_a_run_that_was_broken_off_is_resumed(flight, tmp_path, capsys, monkeypatch):
     (tmp_path / "bp.toml").write_text(CONFIG)
     assert run(capsys, "train", "bp.toml", flight, "-o", tmp_path / "whole", "-q")[0] == 0
     lines = module._lines
 
     def breaks():
-        tell = lines()
+        show = lines()
 
         def report(progress):
-            tell(progress)
+            show(progress)
             if progress.step == 10:
                 raise KeyboardInterrupt
 
@@ -127,7 +110,7 @@ def test_broken_off_run_is_resumed(flight, tmp_path, capsys, monkeypatch):
         ("method = ", "bp.toml:1: is not TOML"),
     ],
 )
-def test_what_is_wrong_in_the_file_is_told_with_its_line(flight, tmp_path, capsys, text, expected):
+def test_what_is_wrong_in_the_file_is_reported_with_its_line(flight, tmp_path, capsys, text, expected):
     (tmp_path / "bp.toml").write_text(text)
     code, _, err = run(capsys, "train", "bp.toml", flight)
     assert code == 2
@@ -149,7 +132,7 @@ def test_what_is_wrong_in_the_file_is_told_with_its_line(flight, tmp_path, capsy
         (("tl16:scale",), 2, "method tl16:scale: 'scale' is not of the form key=value"),
     ],
 )
-def test_what_is_asked_wrong_is_told_and_nothing_is_left(flight, tmp_path, capsys, *, args, code, expected):
+def test_what_is_asked_wrong_is_refused_and_nothing_is_left(flight, tmp_path, capsys, *, args, code, expected):
     got, _, err = run(capsys, "train", args[0], flight, *args[1:])
     assert got == code
     assert expected in err
@@ -171,38 +154,6 @@ def test_files_that_are_no_recordings(tmp_path, capsys):
     assert code == 2
 
 
-def test_benchmark_of_names_and_runs(flight, tmp_path, capsys):
-    assert run(capsys, "train", "tl18", flight, "-q", "-o", "runs/mine")[0] == 0
-    code, out, err = run(capsys, "benchmark", flight, "--methods", "none,tl18,runs/mine,noise_floor", "-o", "report")
-    assert code == 0
-    assert "fitting tl18" in err
-    lines = {line.split()[0]: line.split() for line in out.splitlines() if line}
-    assert lines["mine"][1:9] == lines["tl18"][1:9]
-    assert lines["none"][2] == "1.00"
-    assert {p.name for p in (tmp_path / "report").iterdir()} == {"report.json", "table.txt", "table.csv"}
-    code, _, err = run(capsys, "benchmark", flight, "-q", "-o", "report")
-    assert code == 2
-    assert "--force replaces it" in err
-
-
-def test_benchmark_of_methods_with_settings_and_chosen_tables(flight, tmp_path, capsys):
-    methods = "none, tl16_gradient:order=0:vertical=false,tl16_gradient:order=1,bp:hidden=[3,2]:steps=2:hold_out=blocks"
-    code, out, _ = run(capsys, "benchmark", flight, "-q", "--methods", methods, "--scores", "ir_003,ir", "-o", "report")
-    assert code == 0
-    assert out.count("\ntl16_gradient:order=0:vertical=false ") == 3
-    assert out.count("\nbp:hidden=[3,2]:steps=2:hold_out=blocks ") == 3
-    assert "paper 002's ratio of the reading, above 0.03 Hz, by heading" in out
-    assert "improvement ratio against truth, in band, by heading" in out
-    assert "STD in band" not in out
-    header = next(line for line in out.splitlines() if "heading 270" in line)
-    assert header.split("  ")[0] == "method"
-    text = (tmp_path / "report" / "table.txt").read_text()
-    assert "paper 002's ratio of the reading, above 0.03 Hz, by heading" in text
-    about = json.loads((tmp_path / "report" / "report.json").read_text())["about"]["methods"]
-    assert about["tl16_gradient:order=1"]["params"]["order"] == 1
-    assert about["tl16_gradient:order=1"]["params"]["vertical"] is True
-
-
 def test_a_method_with_settings_is_trained(flight, tmp_path, capsys):
     code, out, _ = run(capsys, "train", "tl16_gradient:order=1", flight)
     assert code == 0
@@ -217,40 +168,3 @@ def test_a_method_with_settings_is_trained(flight, tmp_path, capsys):
     code, out, _ = run(capsys, "benchmark", flight, "-q", "--methods", "runs/tl16_gradient,tl16_gradient:order=1")
     lines = {line.split()[0]: line.split() for line in out.splitlines() if line}
     assert lines["tl16_gradient"][1:11] == lines["tl16_gradient:order=1"][1:11]
-
-
-def test_benchmark_prints_json_alone(flight, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(flight.parent)
-    code, out, _ = run(capsys, "benchmark", "--json", "-o", tmp_path / "report")
-    assert code == 0
-    report = json.loads(out)
-    assert {row["method"] for row in report["rows"]} == {"none", "tl16", "tl18", "noise_floor"}
-    assert (tmp_path / "report" / "report.json").read_text() == out
-
-
-@pytest.mark.parametrize(
-    ("args", "expected"),
-    [
-        (("--methods", "tl61"), "unknown method 'tl61'"),
-        (("--methods", ","), "no method is named"),
-        (("--methods", "some/where"), "some/where holds no fitted method"),
-        (("--methods", "tl61:order=1"), "unknown method 'tl61'"),
-        (
-            ("--methods", "none,tl16_gradient:order=5"),
-            "method tl16_gradient: order: 5 is not allowed; allowed: a whole",
-        ),
-        (("--methods", "tl16_gradient:vertical=yes"), "vertical: 'yes' is text; allowed: true or false"),
-        (("--methods", "tl16_gradient:vertcal=true"), "vertcal: unknown key (did you mean 'vertical'?)"),
-        (("--methods", "tl16_gradient:order=1:order=2"), "order is given twice"),
-        (("--methods", "tl16_gradient:target=interference"), "target is 'measured' by its name"),
-        (("--methods", "tl16:scale=sample,tl16:scale=sample"), "method tl16:scale=sample is given twice"),
-        (("--scores", "ir_03"), "there is no table of 'ir_03' (did you mean 'ir_003'?); allowed: std_nt, ir,"),
-        (("--scores", ","), "no score is named; allowed: std_nt"),
-        (("--sensor", "wing"), "no scalar magnetometer 'wing'"),
-    ],
-)
-def test_benchmark_of_what_is_not_there(flight, capsys, args, expected):
-    code, out, err = run(capsys, "benchmark", flight, *args)
-    assert code == 2
-    assert out == ""
-    assert expected in err

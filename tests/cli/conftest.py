@@ -1,0 +1,18 @@
+"""A recording file for commands."""
+
+import pytest
+
+from tests.support.worlds import World, calibration
+
+
+@pytest.fixture(scope="session")
+def flight(tmp_path_factory):
+    path = tmp_path_factory.mktemp("flights") / "flight.h5"
+    calibration(World(circuits=2)).write(path)
+    return path
+
+
+@pytest.fixture
+def own_folder(tmp_path, monkeypatch):
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
