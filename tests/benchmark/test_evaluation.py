@@ -8,8 +8,10 @@ import pytest
 from magsim import columns
 from magsim.benchmark import Fit, Row, evaluate, judge, rows_of
 from magsim.compensation import TollesLawson, create
+from magsim.dataset import MANIFEST
 from magsim.errors import DataError, RequestError
 from magsim.recording import read_recordings, write_recordings
+from tests.support.folders import manifest_of
 from tests.support.methods import stub, with_dropouts, without, zeros
 from tests.support.worlds import World, calibration
 
@@ -164,6 +166,42 @@ def test_files_that_hold_training_and_test_rows_are_groups(short, tmp_path):
     # fitted together they are worse
     together = evaluate(read_recordings(tmp_path), "tl16")
     assert together.value("tl16", "ir", recording="level_0_2") < 0.1 * report.value("tl16", "ir", recording="level_0_2")
+
+
+def test_groups_and_levels_of_a_manifest_are_in_the_report(short, tmp_path):
+    """Training and test flights in files of their own: the manifest joins them."""
+    files = {}
+    for level, factor in ((2, 1.0), (5, 2.0)):
+        for word, rows in (("train", short["split"] < 2.0), ("test", short["split"] == 2.0)):
+            name = f"{word}_{level}"
+            renamed(short.take(rows), name, factor).write(tmp_path / f"{name}.h5")
+            files[name] = {"group": f"world_{level}", "level": level}
+    (tmp_path / MANIFEST).write_text(manifest_of(tmp_path, **files).to_json())
+    report = evaluate(tmp_path, "tl16")
+    assert {(row.recording, row.file, row.level) for row in report.rows} == {
+        ("test_2", "test_2.h5", 2),
+        ("test_5", "test_5.h5", 5),
+    }
+    assert {(fit.group, fit.recordings) for fit in report.fits} == {
+        ("world_2", ("train_2",)),
+        ("world_5", ("train_5",)),
+    }
+    assert set(report.fit_s) == {("tl16", "world_2"), ("tl16", "world_5")}
+    assert report.about["groups"] == {"world_2": ["test_2", "train_2"], "world_5": ["test_5", "train_5"]}
+    alone = evaluate([tmp_path / "train_5.h5", tmp_path / "test_5.h5"], "tl16")
+    assert report.value("tl16", "ir", recording="test_5") == alone.value("tl16", "ir")
+
+
+def test_two_folders_with_groups_of_one_name_are_both_judged(short, tmp_path):
+    for folder, factor in (("x", 1.0), ("y", 3.0)):
+        (tmp_path / folder).mkdir()
+        renamed(short, f"in_{folder}", factor).write(tmp_path / folder / "flight.h5")
+    report = evaluate([tmp_path / "x", tmp_path / "y"], "tl16")
+    assert [(fit.group, fit.recordings) for fit in report.fits] == [("flight", ("in_x",)), ("flight (2)", ("in_y",))]
+    assert report.about["groups"] == {"flight": ["in_x"], "flight (2)": ["in_y"]}
+    for folder in ("x", "y"):
+        expected = evaluate(tmp_path / folder, "tl16").value("tl16", "std_nt")
+        assert report.value("tl16", "std_nt", recording=f"in_{folder}") == expected
 
 
 def test_all_methods_are_judged_on_the_rows_after_the_longest_warmup(recording):

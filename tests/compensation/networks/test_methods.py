@@ -1,0 +1,57 @@
+"""The neural methods and their presets, as modules."""
+
+import pytest
+import torch
+
+from magsim.compensation import create
+from magsim.compensation.networks import MagTCN, SampleMLP, WindowMLP
+
+
+@pytest.fixture(autouse=True)
+def _seed():
+    with torch.random.fork_rng():
+        yield
+
+
+def weights(module):
+    return sum(parameter.numel() for parameter in module.parameters())
+
+
+def test_presets_of_the_papers_have_the_papers_sizes():
+    """19 inputs: 16 Tolles-Lawson columns and an attitude of three angles; see the tests of the modules."""
+    assert weights(create("magtcn", preset="paper").make_module(19)) == 2_246_025
+    assert weights(create("bp", preset="paper").make_module(19)) == 681_185
+
+
+def test_parameters_reach_the_module():
+    method = create("magtcn", width=3, expansion=4, kernel=7, window=40, head="last", revin=True, blocks=2)
+    module = method.make_module(6)
+    expected = MagTCN(6, width=3, expansion=4, kernel=7, window=40, head="last", revin=True, blocks=2)
+    assert {n: p.shape for n, p in module.named_parameters()} == {n: p.shape for n, p in expected.named_parameters()}
+    assert module(torch.zeros(2, 6, 40)).shape == (2, 1)
+
+
+@pytest.mark.parametrize(("activation", "kind"), [("relu", "ReLU"), ("tanh", "Tanh"), ("gelu", "GELU")])
+def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
+    sample = create("bp", hidden=(5, 4), activation=activation).make_module(6)
+    window = create("bp", per="window", window=10, hidden=(5, 4), activation=activation).make_module(6)
+    assert isinstance(sample, SampleMLP)
+    assert isinstance(window, WindowMLP)
+    names = ["Linear", kind, "Linear", kind, "Linear"]
+    for module, inputs in ((sample, 6), (window, 60)):
+        assert [type(layer).__name__ for layer in module.layers] == names
+        assert [layer.in_features for layer in module.layers[::2]] == [inputs, 5, 4]
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "last"),
+    [
+        ("magtcn", {}, False),
+        ("magtcn", {"head": "flat"}, False),
+        ("magtcn", {"head": "last"}, True),
+        ("bp", {}, False),
+        ("bp", {"per": "window"}, True),
+    ],
+)
+def test_which_networks_return_the_last_sample_alone(name, head, last):
+    assert create(name, **head).settings.last == last
