@@ -1,5 +1,5 @@
 """The path over ground.
 
-``patterns`` draws it from ``elements`` in a ``plane``, ``dubins`` connects them, ``heights`` plans the heights, ``wind``
+``patterns`` draws it from ``elements`` in a ``plane``, ``dubins`` connects them, ``heights`` plans heights, ``wind``
 is the wind triangle.
 """
