@@ -2,7 +2,7 @@
 
 The folder is shipped, ``aircraft/<name>``, or a user's own. The ``facts.toml`` of an aircraft holds geometry, mass,
 aerodynamics, engine, controls and limits (``Facts``), or describes a carrier without a flight model
-(``KinematicFacts``); the ``body.toml`` of a bird what hangs on a rope (``BirdFacts``). ``magnetics.toml`` holds
+(``KinematicFacts``); the ``body.toml`` of a bird describes the towed body (``BirdFacts``). ``magnetics.toml`` holds
 everything magnetic and the mounts (``Magnetics``). Each number has a unit and a source, or is marked an estimate.
 """
 
@@ -44,7 +44,7 @@ MESH_FILE_BYTES = 20_000_000
 
 @dataclass(frozen=True)
 class Vehicle:
-    """What carries magnetometers, validated.
+    """A body that carries magnetometers, validated.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Aircraft(Vehicle):
 
 @dataclass(frozen=True)
 class Bird(Vehicle):
-    """What is towed on a rope."""
+    """A body that is towed on a rope."""
 
     facts: BirdFacts
 

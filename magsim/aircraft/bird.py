@@ -1,4 +1,4 @@
-"""What hangs on a rope: the models of ``body.toml`` of a towed bird, every number with its unit and its source."""
+"""Facts of a towed bird: the models of ``body.toml``, every number with its unit and its source."""
 
 from typing import Annotated
 

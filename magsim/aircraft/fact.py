@@ -1,4 +1,4 @@
-"""A number with its unit and where it comes from: what facts of all kinds are made of.
+"""A number with its unit and its source: the elements of all facts.
 
 A fact is an inline table ``{ value = 15.87, unit = "m", source = "..." }``. A source that begins with ``estimate``
 marks a number of our own. Values are SI with angles in radians, but for limits that face the user, which are in
@@ -18,7 +18,7 @@ def _as_tuple(value: object) -> object:
 
 
 class Fact(Strict):
-    """One number with its unit and where it comes from."""
+    """One number with its unit and its source."""
 
     value: float
     unit: str
@@ -114,7 +114,7 @@ NumberRange = Annotated[RangeFact, AfterValidator(in_unit("1"))]
 
 
 class Envelope(Strict):
-    """What anything that flies can be asked to do."""
+    """Limits of height, speed and bank of any carrier."""
 
     ceiling: Size
     true_airspeed: SpeedRange

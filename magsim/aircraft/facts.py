@@ -1,4 +1,4 @@
-"""What flies: the models of ``facts.toml``, every number with its unit and its source (``magsim.aircraft.fact``)."""
+"""Facts of an aircraft: the models of ``facts.toml``, each number with unit and source (``magsim.aircraft.fact``)."""
 
 import math
 from functools import cached_property
@@ -120,7 +120,7 @@ class Aero(Strict):
 
 
 class Limits(Envelope):
-    """What the aircraft can be asked to do, and where the flight model stops being one."""
+    """Limits of maneuvers and loads, and of the validity of the flight model."""
 
     pitch_amplitude: Degrees
     roll_amplitude: Degrees

@@ -22,7 +22,7 @@ class KinematicDatum(Strict):
 
 
 class KinematicLimits(Envelope):
-    """What the carrier can be asked to do."""
+    """Limits of the carrier."""
 
     @cached_property
     def amplitude_deg(self) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""What the models of a scenario share."""
+"""Types and helpers that the models of a scenario share."""
 
 from typing import Annotated
 

@@ -74,7 +74,7 @@ class Oscillation(Strict):
 
 
 class TrainBase(Strict):
-    """What every train has: cycles, rest and envelope."""
+    """Keys that every train has: cycles, rest and envelope."""
 
     cycles: int = Field(default=3, ge=1, le=50)
     rest_s: NonNegative = Field(default=6.0, description="straight flight after the train")

@@ -1,4 +1,4 @@
-"""Patterns of legs: where they lie, and what is flown on them. ``docs/patterns.md`` draws them."""
+"""Patterns of legs: their geometry, and the maneuvers on them. ``docs/patterns.md`` draws them."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -16,7 +16,7 @@ LONGEST_LEG_M = 200_000.0
 
 
 class PatternBase(Strict):
-    """What every pattern of legs has."""
+    """Keys and properties that every pattern of legs has."""
 
     courses_deg: ClassVar[tuple[float, float] | None] = None
     """Step of the courses that the first leg may have, and the first of them; None for any."""
@@ -43,7 +43,7 @@ class PatternBase(Strict):
 
     @property
     def quiet_around_center_s(self) -> float | None:
-        """Time around the center of a leg in which nothing is flown [s]; None where legs have no center."""
+        """Time around the center of a leg without maneuvers [s]; None where legs have no center."""
         return None
 
     def course(self, start: Start) -> float:
@@ -180,7 +180,7 @@ class FomPeakToPeak(FomBase):
 
 
 class Centered(Maneuvering):
-    """A pattern whose legs all pass one point in their middle; nothing is flown there."""
+    """A pattern whose legs all pass one point in their middle; no maneuver is flown there."""
 
     quiet_s: float = Field(
         default=10.0, ge=0.0, le=120.0, description="no maneuver this long before and after the center"
@@ -188,7 +188,7 @@ class Centered(Maneuvering):
 
     @property
     def quiet_around_center_s(self) -> float | None:
-        """Time around the center of a leg in which nothing is flown [s]."""
+        """Time around the center of a leg without maneuvers [s]."""
         return self.quiet_s
 
 

@@ -17,7 +17,7 @@ Height = Annotated[float, Field(ge=-500.0, le=9000.0)]
 
 
 class TerrainBase(Strict):
-    """What every ground has."""
+    """Keys that every ground has."""
 
     geoid_m: float = Field(
         default=0.0, ge=-120.0, le=100.0, description="mean sea level above the WGS-84 ellipsoid, here"

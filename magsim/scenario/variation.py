@@ -1,4 +1,4 @@
-"""What the ionosphere and the magnetosphere add: a field that changes with time and is the same over a survey."""
+"""Time variation of the field by ionosphere and magnetosphere, the same over a whole survey."""
 
 from pydantic import Field
 

@@ -111,22 +111,6 @@ def measure(
     return reading if sensor.range_nt is None else np.clip(reading, -sensor.range_nt, sensor.range_nt)
 
 
-def correct(reading_s: np.ndarray, sensor: FluxgateSensor) -> np.ndarray:
-    """Return the field from a reading with known errors: the inverse of ``measure`` for offset, scale and angles.
-
-    Parameters
-    ----------
-    reading_s : (n, 3) [nT]
-    sensor : FluxgateSensor
-
-    Returns
-    -------
-    (n, 3) [nT]
-        Body axes.
-    """
-    return rotate(np.linalg.inv(response(sensor)), reading_s - np.array(sensor.offset_nt))
-
-
 def fluxgate_columns(
     sensor: FluxgateSensor,
     truth: FieldTruth,

@@ -1,4 +1,4 @@
-"""What every instrument has in common: it is given one finished flight, and returns its columns."""
+"""The interface of all instruments: a function of one finished flight that returns columns."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class MeasuredFlight:
-    """A finished flight in its true field, with the settings of the instruments on board: what they all measure.
+    """A finished flight in its true field, with the settings of the instruments on board.
 
     Attributes
     ----------

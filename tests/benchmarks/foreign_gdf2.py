@@ -1,8 +1,8 @@
-"""An ASEG-GDF2 export read back by a program that is not ours: ``aseg_gdf2``, in an environment of its own.
+"""Read an ASEG-GDF2 export with a public reader, ``aseg_gdf2``, in an environment of its own.
 
-Run ``python tests/benchmarks/foreign_gdf2.py [--json]``. It asks for an older pandas and dask than the rest here, so it
-is no dependency: pip installs it into a temporary folder, which wants a package index. Every number must come back
-within half of its last printed digit.
+Run ``python tests/benchmarks/foreign_gdf2.py [--json]``. It needs an older pandas and dask than the rest here, so it
+is no dependency: pip installs it into a temporary folder, from a package index. Every number must be read within half
+of its last printed digit.
 """
 
 import argparse

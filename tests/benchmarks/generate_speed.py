@@ -1,7 +1,7 @@
-"""How much CPU a whole generation costs, beside a bare JSBSim run of the same length in the same process.
+"""Measure the CPU time of a whole generation, and of a bare JSBSim run of the same length in the same process.
 
 Run ``python tests/benchmarks/generate_speed.py [--json]``. Imports, the aircraft's cached response and its cached
-loop gains are left out: one run warms everything up before the clock starts.
+loop gains are excluded: one run precedes the measurement.
 """
 
 import argparse

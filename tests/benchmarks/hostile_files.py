@@ -1,10 +1,9 @@
-"""What mutated and crafted recording files can do: crash or hang the reader, or make it read other files.
+"""Try whether mutated and crafted recording files crash or hang the reader, or make it read other files.
 
 Run ``python tests/benchmarks/hostile_files.py [--json] [--mutated N] [--untouched N]``. Readers are processes of their
-own, which read a hundred files each: one that dies by a signal is a crash of the parent that a user would see. Secret
-files are watched by the kernel (inotify), so an open by whomever is seen. A file may take the limit of the child and
-10 s more. A third of the mutated files keep a checksum that does not fit any more, a third have none, and a third have
-one that fits.
+own, which read a hundred files each: one that dies by a signal stands for a crash of a user's process. Secret files are
+watched with inotify, so any open of them is counted. A file may take the limit of the child and 10 s more. A third of
+the mutated files keep a checksum that no longer fits, a third have none, and a third have one that fits.
 """
 
 import argparse
@@ -47,7 +46,7 @@ class Watch:
             raise OSError("inotify sees nothing here")
 
     def seen(self) -> int:
-        """Bytes of events since the last call; 0 where nothing was touched."""
+        """Return the bytes of events since the last call; 0 if nothing was opened."""
         total = 0
         while True:
             try:
@@ -58,7 +57,7 @@ class Watch:
 
 @dataclass
 class Tally:
-    """What came out of reading files."""
+    """Results of reading files."""
 
     read: dict[str, str] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
@@ -69,29 +68,29 @@ class Tally:
 
 
 def _read_all(paths: list[str], out: "multiprocessing.connection.Connection") -> None:
-    """The reader: tells [path, what, text, seconds] for each file."""
+    """Read files, and send [path, result, text, seconds] for each."""
     inspection.inspect_many([Path(path) for path in paths])
     for path in paths:
         start = time.monotonic()
         try:
             found = read_recordings(Path(path))
-            told = ["read", "".join(map(digest_of, found))]
+            result = ["read", "".join(map(digest_of, found))]
             if any(np.any(column == CANARY) for flight in found for column in flight.data.values()):
-                told[0] = "canary"
+                result[0] = "canary"
         except MagsimError as error:
             clear = str(error).startswith(path) and len(str(error)) > len(path) + 5 and "\n" not in str(error)
-            told = ["refused" if clear else "unclear", str(error)]
+            result = ["refused" if clear else "unclear", str(error)]
         except BaseException as error:
-            told = ["unclear", repr(error)]
-        out.send([path, *told, time.monotonic() - start])
+            result = ["unclear", repr(error)]
+        out.send([path, *result, time.monotonic() - start])
     out.send(None)
 
 
 def _read_apart(paths: list[Path], tally: Tally) -> None:
-    """Have a process read the files, and a new one those after a file over which it dies or hangs."""
+    """Have a process read the files, and a new one the rest after a file over which it dies or hangs."""
     context = multiprocessing.get_context("spawn")
     left = [str(path) for path in paths]
-    # the walk ahead of all files of a batch may take the limit for each that hangs
+    # the inspection ahead of all files of a batch may take the limit for each that hangs
     wait_s = LIMIT_S + len(left) * inspection.TIMEOUT_S
     while left:
         ours, theirs = context.Pipe(duplex=False)
@@ -100,17 +99,17 @@ def _read_apart(paths: list[Path], tally: Tally) -> None:
         theirs.close()
         try:
             while ours.poll(wait_s):
-                told = ours.recv()
-                if told is None:
+                answer = ours.recv()
+                if answer is None:
                     left = []
                     break
-                path, what, text, seconds = told
+                path, result, text, seconds = answer
                 left.remove(path)
                 if seconds > LIMIT_S:
                     tally.hangs.append(path)
-                {"read": tally.read, "refused": tally.refused}.get(what, {})[path] = text
-                if what in ("unclear", "canary"):
-                    (tally.unclear if what == "unclear" else tally.canaries).append(f"{path}: {text[:200]}")
+                {"read": tally.read, "refused": tally.refused}.get(result, {})[path] = text
+                if result in ("unclear", "canary"):
+                    (tally.unclear if result == "unclear" else tally.canaries).append(f"{path}: {text[:200]}")
             else:
                 tally.hangs.append(left.pop(0))
         except EOFError:
@@ -129,7 +128,7 @@ def read_apart(paths: list[Path], readers: int = 2) -> Tally:
 
 
 def write_mutated(folder: Path, count: int, seed: int = 0) -> list[Path]:
-    """Mutated copies of twenty recordings, single ones and a shard."""
+    """Write mutated copies of twenty files, of single recordings and shards."""
     rng = np.random.default_rng(seed)
     bases = []
     for number in range(20):

@@ -1,7 +1,7 @@
-"""Kill ``magsim generate`` at random moments: the target is absent or whole, and the next writer finds no leftover.
+"""Kill ``magsim generate`` at random moments: the target is absent or complete, and the next writer leaves no leftover.
 
 Run ``python tests/benchmarks/killed_generate.py [--json] [--moments N]``. One in five moments is drawn over the whole
-run, the others over 60 ms from when a temporary file is seen to hold data: in these it is written and gets its name.
+run, the others over 60 ms after a temporary file first holds data, in which it is written and renamed.
 """
 
 import argparse
@@ -24,22 +24,22 @@ WRITING_S = 0.06
 
 
 def start(target: Path) -> subprocess.Popen[bytes]:
-    """A run of its own."""
+    """Start a run."""
     arguments = [sys.executable, "-m", "magsim", "generate", SCENARIO, "--quiet", "--output", str(target)]
     return subprocess.Popen(arguments, cwd=Path(__file__).parents[2], stderr=subprocess.DEVNULL)
 
 
 def wait_for_data(process: subprocess.Popen[bytes], folder: Path) -> None:
-    """Until a temporary file holds data, or the run ends."""
+    """Wait until a temporary file holds data, or the run ends."""
     while process.poll() is None:
-        with contextlib.suppress(FileNotFoundError):  # it has come to its place meanwhile
+        with contextlib.suppress(FileNotFoundError):  # it has been renamed meanwhile
             if any(path.stat().st_size for path in folder.glob(".*.part/*.h5")):
                 return
         time.sleep(0.0005)
 
 
 def main() -> None:
-    """One run for the time that it takes, then one for each moment."""
+    """Time one run, then kill one at each moment."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else")
     parser.add_argument("--moments", type=int, default=50)

@@ -1,4 +1,4 @@
-"""Recording files made to do harm, each by one trick; a sound recording is the start of all."""
+"""Harmful recording files: each is a sound recording with one malicious change."""
 
 import json
 from collections.abc import Callable
@@ -12,11 +12,11 @@ from magsim.storage import hdf5
 from magsim.storage.checksum import CHECKSUM_BYTES
 
 CANARY = 31_415.926535
-"""Value that the secret files are full of: it must never come out of a reader."""
+"""Value that fills the secret files: no reader may ever return it."""
 
 
 def recording(number: int = 0) -> Recording:
-    """A small sound recording; other numbers give other sizes and values."""
+    """Return a small sound recording; other numbers give other sizes and values."""
     rng = np.random.default_rng(number)
     rows = 40 + 7 * (number % 11)
     data = {
@@ -31,7 +31,7 @@ def recording(number: int = 0) -> Recording:
 
 
 def secrets_of(folder: Path) -> tuple[Path, Path]:
-    """A raw and an HDF5 file that no reader of another file may open."""
+    """Write a raw and an HDF5 file that no reader of another file may open."""
     folder.mkdir(exist_ok=True)
     raw, other = folder / "secret.bin", folder / "secret.h5"
     np.full(1000, CANARY).tofile(raw)
@@ -41,7 +41,7 @@ def secrets_of(folder: Path) -> tuple[Path, Path]:
 
 
 def _swap(group: h5py.Group, name: str, make: Callable[[h5py.Group], object]) -> None:
-    """Put something else in the place of a data set, with its attributes where they can be had."""
+    """Replace a data set, and keep its attributes if possible."""
     attributes = {key: value for key, value in group[name].attrs.items() if key.startswith("column_")}
     del group[name]
     make(group)
@@ -61,7 +61,7 @@ def _deep(group: h5py.Group, depth: int) -> None:
 
 
 def _unknown_filter(group: h5py.Group) -> None:
-    """A filter that HDF5 would load a plugin for; its code is put in by hand."""
+    """Use a filter for which HDF5 would load a plugin."""
     properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     properties.set_chunk((40, 2))
     properties.set_filter(32015, h5py.h5z.FLAG_OPTIONAL, (3,))
@@ -76,9 +76,12 @@ def _many_links(group: h5py.Group) -> None:
 
 
 def crafted(folder: Path) -> dict[str, Path]:
-    """Write all of them; each has a checksum at its end that fits, as its maker would see to.
+    """Write all of them, each with a checksum that fits; every one must be refused.
 
-    Every one of them must be refused.
+    Returns
+    -------
+    dict of str to Path
+        By the name of the change.
     """
     raw, other = secrets_of(folder / "secrets")
     plain: dict[str, Callable[[h5py.File, h5py.Group], object]] = {
@@ -136,7 +139,7 @@ def crafted(folder: Path) -> dict[str, Path]:
 
 
 def mutate(data: bytes, rng: np.random.Generator) -> bytes:
-    """A copy with 1 to 8 changed bytes, mostly in the structure; a third without checksum, a third with a new one."""
+    """Return a copy with 1 to 8 changed bytes, mostly structure; a third without, a third with a new checksum."""
     body = bytearray(data[:-CHECKSUM_BYTES])
     kind = int(rng.integers(3))
     structure = np.flatnonzero(np.frombuffer(bytes(body), np.uint8))
@@ -146,17 +149,17 @@ def mutate(data: bytes, rng: np.random.Generator) -> bytes:
         body[position] ^= int(rng.integers(1, 256))
     if kind == 0:
         return bytes(body) + data[-CHECKSUM_BYTES:]
-    return bytes(body) if kind == 1 else sealed(bytes(body))
+    return bytes(body) if kind == 1 else with_checksum(bytes(body))
 
 
-def sealed(body: bytes) -> bytes:
-    """Bytes with the checksum that anyone can compute."""
+def with_checksum(body: bytes) -> bytes:
+    """Return bytes with their checksum, which anyone can compute."""
     import hashlib
 
     return body + f"magsim-sha256:{hashlib.sha256(body).hexdigest()}\n".encode()
 
 
 def digest_of(found: Recording) -> str:
-    """Name, meta and bits of a recording as one text."""
+    """Return name, metadata and bits of a recording as one text."""
     columns = {name: column.tobytes().hex() for name, column in found.data.items()}
     return json.dumps([found.name, found.time_s.tobytes().hex(), columns, found.meta], sort_keys=True)
