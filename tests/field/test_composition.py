@@ -117,7 +117,7 @@ def test_few_knots_hold_the_earth(flight: Flight) -> None:
     assert np.abs(gradient - slopes)[inside].max() < 1e-9
 
 
-def test_every_mount_feels_the_earth_at_its_own_place(flight: Flight, run: Callable, aircraft: Aircraft) -> None:
+def test_every_mount_has_the_earth_at_its_own_place(flight: Flight, run: Callable, aircraft: Aircraft) -> None:
     """There and back: the mount's own latitude, longitude and height, from body axes over NED and ECEF."""
     truth = run()
     rows = slice(1200, -1200, 600)
@@ -132,7 +132,7 @@ def test_every_mount_feels_the_earth_at_its_own_place(flight: Flight, run: Calla
         field_e = rotate_back(rot_ne_at(lat, lon), igrf(lat, lon, alt, year))
         exact = rotate_back(rot_nb, rotate(rot_ne, field_e))
         assert np.abs(truth.part("earth", mount)[rows] - exact).max() < 2e-5
-    # The tail sits 11 m behind the cabin: the check must be able to tell the two apart.
+    # The tail sits 11 m behind the cabin: the check must be able to distinguish them.
     difference = truth.part("earth", "sgl_mag_1") - truth.part("earth", "cabin_center")
     assert 0.05 < np.abs(difference).max() < 1.0
 
@@ -180,21 +180,21 @@ def test_a_surface_that_is_not_logged_is_named(aircraft: Aircraft, flight: Fligh
         RequestError, match=r"'flap_right' .* 'flap', which the flight does not log .*at_rest = \['flap'\]"
     ):
         compute_field(_scenario(), aircraft, without, response)
-    told = compute_field(_scenario(hinged={"at_rest": ["flap"]}), aircraft, without, response)
+    held = compute_field(_scenario(hinged={"at_rest": ["flap"]}), aircraft, without, response)
     still = replace(flight, controls=controls | {"flap": np.zeros(len(flight.carrier))})
     assumed = compute_field(_scenario(), aircraft, still, response)
-    np.testing.assert_array_equal(told.parts_b["hinged"], assumed.parts_b["hinged"])
+    np.testing.assert_array_equal(held.parts_b["hinged"], assumed.parts_b["hinged"])
 
 
-def test_what_the_steel_remembers_goes_through_its_tensor(run: Callable, response: AircraftResponse) -> None:
+def test_memory_of_the_steel_goes_through_its_tensor(run: Callable, response: AircraftResponse) -> None:
     """Hysteresis and viscosity of B_0, each alone and both, times D at each mount."""
     uniform = {"along_path": False}
     both, alone = run(earth=uniform), [run(earth=uniform, memory={p: False}) for p in ("hysteresis", "viscosity")]
-    told = load_aircraft("c208b").magnetics.memory
+    memory = load_aircraft("c208b").magnetics.memory
     ambient = both.part("earth", "cabin_center")
     states = [
-        viscosity(ambient, told.viscosity_s, told.viscosity_weights, 1.0 / 120.0, "settled"),
-        hysteresis(ambient, told.radii_nt, told.weights, "settled"),
+        viscosity(ambient, memory.viscosity_s, memory.viscosity_weights, 1.0 / 120.0, "settled"),
+        hysteresis(ambient, memory.radii_nt, memory.weights, "settled"),
     ]
     for mount in both.mounts:
         tensor = response.induced[response.mounts.index(mount)]
@@ -310,10 +310,10 @@ def test_parts_add_up(run: Callable) -> None:
 
 
 def test_progress_ends_at_one(aircraft: Aircraft, flight: Flight, response: AircraftResponse) -> None:
-    told: list[float] = []
-    compute_field(_scenario(), aircraft, flight, response, progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1.0)
+    shares: list[float] = []
+    compute_field(_scenario(), aircraft, flight, response, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)
 
 
 def test_the_scenario_chooses_the_model_of_the_eddy_currents(

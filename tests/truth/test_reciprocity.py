@@ -5,7 +5,7 @@ import pytest
 
 from magsim.aircraft import load_aircraft
 from magsim.field.metal.steel.induced import InducedModel
-from magsim.field.metal.steel.model import steel_parts
+from magsim.field.metal.steel.meshing import steel_parts
 from magsim.field.response import load_response
 
 

@@ -1,4 +1,4 @@
-"""The mesh of the skin: sizes, soundness, and how a mesh is told that is not sound."""
+"""The mesh of the skin: sizes, soundness, and the refusal of a mesh that is not sound."""
 
 import copy
 from dataclasses import replace

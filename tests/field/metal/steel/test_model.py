@@ -11,7 +11,8 @@ from magsim.errors import RequestError
 from magsim.field import compute_response, load_response, obstacles, response_at
 from magsim.field.geometry.meshes import box_surface, icosphere
 from magsim.field.geometry.meshfile import MAX_TRIANGLES
-from magsim.field.metal.steel.model import MAX_PANELS, SteelModel, load_steel
+from magsim.field.metal.steel.meshing import MAX_PANELS
+from magsim.field.metal.steel.model import SteelModel, load_steel
 from magsim.field.sources.dipoles import dipole_field
 from magsim.units import MU0
 from tests.support import bodies
