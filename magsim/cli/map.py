@@ -13,7 +13,16 @@ import click
 @click.option("--top", type=click.IntRange(0, 100), default=5, show_default=True, help="Best places that are listed.")
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON and nothing else.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
-def map_(aircraft: str, flight: str | None, output: Path | None, **options: float | bool | None) -> None:
+def map_(
+    aircraft: str,
+    flight: str | None,
+    output: Path | None,
+    *,
+    spacing: float | None,
+    top: int,
+    as_json: bool,
+    force: bool,
+) -> None:
     """Predict the figure of merit at the mounts of AIRCRAFT and on a grid in and around it.
 
     AIRCRAFT is c208b, uav, or the path of a folder of your own, with a slash: ./mine.
@@ -23,19 +32,18 @@ def map_(aircraft: str, flight: str | None, output: Path | None, **options: floa
     from magsim.aircraft import load_aircraft
     from magsim.experiments.mount_report import check_output, draw_map, flight_of, make_map, write_page
 
-    force, top = bool(options["force"]), int(options["top"])
     if output is not None:
         check_output(output)
         storage.check_target(output, force=force)
     loaded = load_aircraft(aircraft)
     recording = flight_of(loaded, flight)
-    whole = make_map(loaded, recording, spacing_m=options["spacing"])
+    whole = make_map(loaded, recording, spacing_m=spacing)
     if output is not None:
         figure = draw_map(loaded, recording, whole)
         if output.suffix.lower() == ".html":
             write_page(whole, figure, output, count=top, force=force)
         else:
             plots.save(figure, output, force=force)
-    click.echo(whole.to_json(top) if options["as_json"] else whole.to_text(top), nl=False)
-    if output is not None and not options["as_json"]:
+    click.echo(whole.to_json(top) if as_json else whole.to_text(top), nl=False)
+    if output is not None and not as_json:
         click.echo(f"\n{output}")

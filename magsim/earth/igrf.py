@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import resources
+from typing import Literal, overload
 
 import numpy as np
 
@@ -104,6 +105,30 @@ def field_of_model(position_e: np.ndarray, year: np.ndarray, model: Model, *, gr
             base, rate = model.interval(number, gradient=gradient)
         out[rows] = harmonics.evaluate(position_e[rows], base, rate, year[rows] - model.epochs[number])
     return out
+
+
+@overload
+def igrf(
+    lat_rad: np.ndarray | float,
+    lon_rad: np.ndarray | float,
+    alt_m: np.ndarray | float,
+    year: np.ndarray | float,
+    *,
+    gradient: Literal[False] = False,
+    model: Model | None = None,
+) -> np.ndarray: ...
+
+
+@overload
+def igrf(
+    lat_rad: np.ndarray | float,
+    lon_rad: np.ndarray | float,
+    alt_m: np.ndarray | float,
+    year: np.ndarray | float,
+    *,
+    gradient: Literal[True],
+    model: Model | None = None,
+) -> tuple[np.ndarray, np.ndarray]: ...
 
 
 def igrf(

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from magsim.aircraft import Vehicle
 from magsim.errors import RequestError
 from magsim.field import obstacles
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.soundness import winding
 from magsim.field.metal.steel.model import load_steel
 
@@ -23,32 +23,32 @@ WIDEST = 0.25
 """Widest grid, in lengths of the aircraft."""
 
 SHORTEST_M = 0.5
-"""Least length of an aircraft: one that is told by few places may have none."""
+"""Least length of an aircraft: one described by few places may have none."""
 
 REACH, BOOM, SPACING = 0.04, 0.30, 0.04
 """In lengths of the aircraft: how far off it a bracket reaches, how long a boom ahead or behind is, the grid."""
 
 
 @dataclass(frozen=True)
-class Body:
-    """What an aircraft fills.
+class Extent:
+    """The space that an aircraft fills.
 
     Attributes
     ----------
     points_m : (n, 3) [m]
         The vertices of its skin or outline; without one, its mounts and magnetic parts.
-    skin : Surface, optional
+    skin : TriangleMesh, optional
     mounts_m : (k, 3) [m], optional
         Places that a picture has to hold.
     """
 
     points_m: np.ndarray
-    skin: Surface | None = None
+    skin: TriangleMesh | None = None
     mounts_m: np.ndarray | None = None
 
     @classmethod
-    def of(cls, aircraft: Vehicle, skin: Surface | None) -> "Body":
-        """The body of an aircraft whose skin or outline, if it has one, is given."""
+    def of(cls, aircraft: Vehicle, skin: TriangleMesh | None) -> "Extent":
+        """Return the body of an aircraft whose skin or outline, if it has one, is given."""
         mounts = np.array(list(aircraft.mounts.values()))
         if skin is not None:
             return cls(skin.vertices, skin, mounts)
@@ -68,31 +68,31 @@ class Body:
         return max(float(np.ptp(self.points_m[:, 0])), SHORTEST_M)
 
     def inside(self, points: np.ndarray) -> np.ndarray:
-        """Whether points lie within a closed part of the skin, (p,) bool."""
+        """Return whether points lie within a closed part of the skin, (p,) bool."""
         if self.skin is None:
             return np.zeros(len(points), dtype=bool)
         return winding(self.skin.vertices[self.skin.triangles], points) != 0
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """About the distance from points to what the aircraft fills, (p,) [m]."""
+        """Return the approximate distance from points to the aircraft, (p,) [m]."""
         known = [self.points_m]
         if self.skin is not None:
             known.append(self.skin.vertices[self.skin.triangles].mean(axis=1))
         return cKDTree(np.concatenate(known)).query(points)[0]
 
 
-def free(aircraft: Vehicle, body: Body, points: np.ndarray, spacing_m: float) -> np.ndarray:
-    """Whether a sensor can be at points, a part of a spacing away from the skin, (p,) bool."""
+def free(aircraft: Vehicle, body: Extent, points: np.ndarray, spacing_m: float) -> np.ndarray:
+    """Return whether a sensor can be at points, a part of a spacing away from the skin, (p,) bool."""
     clear = np.array([obstacle is None for obstacle in obstacles(aircraft, points)], dtype=bool)
     return clear & (body.distance(points) > SKIN_PART * spacing_m)
 
 
-def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places on a grid, within reach of the aircraft or on a boom ahead or behind.
+def grid(body: Extent, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return places on a grid, within reach of the aircraft or on a boom ahead or behind.
 
     Parameters
     ----------
-    body : Body
+    body : Extent
     spacing_m : float [m]
 
     Returns
@@ -134,7 +134,7 @@ def grid(body: Body, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
     return points, body.inside(points)
 
 
-def _too_many(spacing_m: float, body: Body) -> RequestError:
+def _too_many(spacing_m: float, body: Extent) -> RequestError:
     msg = (
         f"--spacing {spacing_m:g} makes more than {MOST_PLACES} places around an aircraft of {body.length_m:.1f} m; "
         f"allowed: a wider one, such as {SPACING * body.length_m:.2g}"
@@ -142,12 +142,12 @@ def _too_many(spacing_m: float, body: Body) -> RequestError:
     return RequestError(msg)
 
 
-def plane(body: Body, spacing_m: float, normal: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A plane through the aircraft's datum.
+def plane(body: Extent, spacing_m: float, normal: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a plane through the aircraft's datum.
 
     Parameters
     ----------
-    body : Body
+    body : Extent
     spacing_m : float [m]
     normal : int
         Number of the axis across the plane.

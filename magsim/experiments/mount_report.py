@@ -7,6 +7,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,14 +15,17 @@ from magsim import plots
 from magsim.aircraft import Aircraft
 from magsim.aircraft.magnetics import DIPOLE_CLEARANCE_M
 from magsim.errors import RequestError
-from magsim.experiments.mount_grid import SPACING, Body, free, grid, plane
+from magsim.experiments.mount_grid import SPACING, Extent, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
 from magsim.field import obstacles, outline
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
 from magsim.storage import atomic_write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FLIGHTS = {"uav": "papers/001_fom"}
 """The figure-of-merit flight of an aircraft; of every other one it is ``DEFAULT_FLIGHT``."""
@@ -38,7 +42,7 @@ AXES = ("forward", "right", "down")
 
 
 @dataclass(frozen=True)
-class Place:
+class RatedPlace:
     """One line of the table."""
 
     name: str
@@ -72,8 +76,8 @@ class MountMap:
     inside: np.ndarray
     spacing_m: float
 
-    def best(self, count: int, *, inside: bool) -> list[Place]:
-        """The quietest places of the grid within the skin, or off it, some spacings apart."""
+    def best(self, count: int, *, inside: bool) -> list[RatedPlace]:
+        """Return the quietest places of the grid within the skin, or off it, some spacings apart."""
         rows = np.flatnonzero(self.inside == inside)
         rows = rows[np.argsort(self.places.fom_nt[rows], kind="stable")]
         chosen: list[int] = []
@@ -86,14 +90,14 @@ class MountMap:
         where = "inside" if inside else "outside"
         return [_place(self.places, row, f"{where} {number}", where) for number, row in enumerate(chosen, start=1)]
 
-    def table(self, count: int) -> list[Place]:
-        """Mounts of the aircraft's file from quiet to loud, then the best places inside and outside."""
+    def table(self, count: int) -> list[RatedPlace]:
+        """Return the mounts of the aircraft's file from quiet to loud, then the best places inside and outside."""
         order = np.argsort(self.mounts.fom_nt, kind="stable")
         known = [_place(self.mounts, int(row), self.mounts.names[row], "mount") for row in order]
         return [*known, *self.best(count, inside=True), *self.best(count, inside=False)]
 
     def to_text(self, count: int = 5) -> str:
-        """The table for people."""
+        """Return the table as text."""
         head = (
             f"{'place':<22}{'forward':>9}{'right':>9}{'down':>9}{'FOM':>11}{'STD':>11}{'FOM left':>11}{'STD left':>11}"
         )
@@ -118,12 +122,12 @@ class MountMap:
         )
         left = (
             "left: after Tolles-Lawson with 18 terms fitted to the same flight. Predicted to first order, without "
-            "instrument noise and magnetic memory."
+            "instrument noise."
         )
         return fom, left
 
     def to_json(self, count: int = 5) -> str:
-        """The table as JSON: the same bytes for the same flight."""
+        """Return the table as JSON: the same bytes for the same flight."""
         whole = {
             "aircraft": self.aircraft,
             "flight": self.flight,
@@ -134,14 +138,14 @@ class MountMap:
         return json.dumps(whole, indent=1, allow_nan=False) + "\n"
 
 
-def _place(prediction: Prediction, row: int, name: str, where: str) -> Place:
-    at = tuple(float(x) for x in prediction.positions_m[row])
+def _place(prediction: Prediction, row: int, name: str, where: str) -> RatedPlace:
+    forward, right, down = prediction.positions_m[row].tolist()
     values = (prediction.fom_nt, prediction.std_nt, prediction.fom_left_nt, prediction.std_left_nt)
-    return Place(name, where, at, *(float(value[row]) for value in values))
+    return RatedPlace(name, where, (forward, right, down), *(float(value[row]) for value in values))
 
 
 def flight_of(aircraft: Aircraft, name_or_file: str | None) -> Recording:
-    """The flight to predict for: a recording, or a scenario that is flown now.
+    """Read the recording of a flight to predict for, or simulate it from a scenario.
 
     Parameters
     ----------
@@ -176,7 +180,7 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
     RequestError
         If the recording lacks what is needed, or the grid is too fine.
     """
-    body = Body.of(aircraft, _shells(aircraft))
+    body = Extent.of(aircraft, _shells(aircraft))
     spacing = SPACING * body.length_m if spacing_m is None else spacing_m
     points, inside = grid(body, spacing)
     open_air = free(aircraft, body, points, spacing)
@@ -191,8 +195,8 @@ def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | Non
     )
 
 
-def _shells(aircraft: Aircraft) -> Surface | None:
-    """The aircraft's skin or outline, coarse enough to be drawn; None where its file has neither."""
+def _shells(aircraft: Aircraft) -> TriangleMesh | None:
+    """Return the skin or outline, coarse enough to be drawn; None where the aircraft file has neither."""
     shells = aircraft.magnetics.skin or aircraft.magnetics.outline
     try:
         return None if shells is None else outline(shells).surface
@@ -205,8 +209,8 @@ def _named(points: np.ndarray) -> dict[str, tuple[float, ...]]:
     return {f"p{number}": tuple(point) for number, point in enumerate(points.tolist())}
 
 
-def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> object:
-    """The picture: two planes through the aircraft, and the aircraft itself, colored by the figure of merit.
+def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> "Figure":
+    """Draw two planes through the aircraft, and the aircraft itself, colored by the figure of merit.
 
     Parameters
     ----------
@@ -220,7 +224,7 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> objec
     matplotlib.figure.Figure
     """
     surface = _shells(aircraft)
-    body = Body.of(aircraft, surface)
+    body = Extent.of(aircraft, surface)
     slices = [
         _sliced(aircraft, recording, body, whole.spacing_m, 1),
         _sliced(aircraft, recording, body, whole.spacing_m, 2),
@@ -231,17 +235,17 @@ def draw_map(aircraft: Aircraft, recording: Recording, whole: MountMap) -> objec
     return plots.plot_mounts(whole.title, slices, triangles, colors, off_m=off_m, mounts=aircraft.mounts)
 
 
-def _sliced(aircraft: Aircraft, recording: Recording, body: Body, spacing: float, normal: int) -> plots.Slice:
+def _sliced(aircraft: Aircraft, recording: Recording, body: Extent, spacing: float, normal: int) -> plots.Slice:
     across, up, points = plane(body, 0.5 * spacing, normal)
     flat = points.reshape(-1, 3)
     rows = np.flatnonzero(free(aircraft, body, flat, 0.5 * spacing))
     values = np.full(len(flat), np.nan)
     values[rows] = predict(aircraft, recording, _named(flat[rows])).fom_nt
-    others = tuple(axis for axis in range(3) if axis != normal)
-    return plots.Slice(f"{AXES[normal]} = 0", across, up, values.reshape(points.shape[:2]), others)
+    first, second = (axis for axis in range(3) if axis != normal)
+    return plots.Slice(f"{AXES[normal]} = 0", across, up, values.reshape(points.shape[:2]), (first, second))
 
 
-def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface, off_m: float) -> np.ndarray:
+def _off_skin(aircraft: Aircraft, recording: Recording, surface: TriangleMesh, off_m: float) -> np.ndarray:
     corners = surface.vertices[surface.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -252,8 +256,8 @@ def _off_skin(aircraft: Aircraft, recording: Recording, surface: Surface, off_m:
     return values
 
 
-def write_page(whole: MountMap, figure: object, path: Path, *, count: int = 5, force: bool = False) -> None:
-    """One page of HTML with the picture and the table, that needs nothing else.
+def write_page(whole: MountMap, figure: "Figure", path: Path, *, count: int = 5, force: bool = False) -> None:
+    """Write one self-contained page of HTML with the picture and the table.
 
     Raises
     ------
@@ -267,7 +271,7 @@ def write_page(whole: MountMap, figure: object, path: Path, *, count: int = 5, f
     atomic_write(path, lambda part: part.write_text(text, encoding="utf-8"), force=force)
 
 
-def _page(whole: MountMap, picture: str, places: Sequence[Place]) -> str:
+def _page(whole: MountMap, picture: str, places: Sequence[RatedPlace]) -> str:
     head = ("place", *(f"{axis} [m]" for axis in AXES), "FOM [nT]", "STD [nT]", "FOM left [nT]", "STD left [nT]")
     rows = [
         f"<tr><td>{html.escape(place.name)}</td>"

@@ -10,7 +10,7 @@ from magsim.field.response import (
     response_at,
     skin_model,
 )
-from magsim.field.towed import compute_tow_field
+from magsim.field.tow import compute_tow_field
 
 __all__ = [
     "AircraftResponse",

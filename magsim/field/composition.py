@@ -8,39 +8,32 @@ from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft, Vehicle
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
-from magsim.field import platform
+from magsim.field import flex
 from magsim.field.background import crust, main_field, targets, variation
+from magsim.field.excitation import FlightExcitation
+from magsim.field.parts import PARTS
 from magsim.field.response import AircraftResponse, load_response, response_at
 from magsim.field.situation import Situation
-from magsim.field.sources import flex, memory, rotors
-from magsim.field.wiring import electronics
+from magsim.field.wiring.electronics import Onboard
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 
 Progress = Callable[[float], None]
-Maker = Callable[[Situation], np.ndarray | None]
 
-MAKERS: Mapping[str, Maker] = {
+BACKGROUNDS: Mapping[str, Callable[[Situation], np.ndarray]] = {
     "earth": main_field.earth,
     "crust": crust.crust,
     "target": targets.target,
     "variation": variation.variation,
-    "permanent": platform.permanent,
-    "hinged": platform.hinged,
-    "propeller": rotors.propeller,
-    "induced": platform.induced,
-    "memory": memory.memory,
-    "eddy": platform.eddy,
-    "electronics": electronics.electronics,
 }
-"""What makes each part, or None where the aircraft has no such thing; the names are those of ``columns.COMPONENTS``."""
+"""What makes each part of the background; the names are those of ``columns.BACKGROUND``."""
 
 
 def parts_on(scenario: Scenario, names: tuple[str, ...] = COMPONENTS) -> tuple[str, ...]:
-    """Names of the parts that a scenario has switched on, in the order of ``COMPONENTS``."""
-    return tuple(name for name in names if name in MAKERS and scenario.field.is_on(name))
+    """Return the names of the parts that a scenario has switched on, in the order of ``COMPONENTS``."""
+    return tuple(name for name in names if (name in BACKGROUNDS or name in PARTS) and scenario.field.is_on(name))
 
 
 def compute_field(
@@ -52,10 +45,10 @@ def compute_field(
     ground: Ground | None = None,
     progress: Progress | None = None,
 ) -> FieldTruth:
-    """Every part of the field at every mount that carries a sensor.
+    """Compute every part of the field at every mount that carries a sensor.
 
-    The whole is the sum of all parts. ``B_0``, which magnetizes the steel and drives the eddy currents, is the sum of
-    the background parts in body axes at the carrier's reference point.
+    The whole field is the sum of all parts. ``B_0``, which magnetizes the steel and drives the eddy currents, is the
+    sum of the background parts in body axes at the carrier's reference point.
 
     Parameters
     ----------
@@ -66,47 +59,57 @@ def compute_field(
     response : AircraftResponse, optional
         Computed or read from the cache when it is not given.
     ground : Ground, optional
-        What ``[terrain]`` means; None without it.
+        The ground of ``[terrain]``; None without it.
     progress : callable, optional
-        Told the share of the work that is done, from 0 to 1.
+        Called with the share of the work that is done, from 0 to 1.
 
     Returns
     -------
     FieldTruth
         At the simulation rate over the whole logged span; parts that are switched off are absent.
     """
-    tell = progress or (lambda _: None)
+    report = progress or (lambda _: None)
     response = load_response(aircraft, scenario.field.eddy.model) if response is None else response
-    tell(0.1)
+    report(0.1)
     # Spline fits call LAPACK: on one thread they give the same bits everywhere.
     with threadpool_limits(limits=1, user_api="blas"):
         situation = with_background(Situation.of(scenario, aircraft.magnetics, flight, response, ground))
-        tell(0.5)
-        return compose(situation, aircraft, tell)
+        report(0.5)
+        return compose(FlightExcitation(situation), aircraft, report)
 
 
 def with_background(situation: Situation) -> Situation:
-    """The situation with its background parts."""
+    """Return the situation with its background parts."""
     names = parts_on(situation.scenario, BACKGROUND)
-    return replace(situation, background={name: MAKERS[name](situation) for name in names})
+    return replace(situation, background={name: BACKGROUNDS[name](situation) for name in names})
 
 
-def compose(situation: Situation, vehicle: Vehicle, tell: Progress = lambda _: None) -> FieldTruth:
-    """Every part at the mounts of a situation that has its background; ``tell`` is told shares from 0.5 to 1."""
-    scenario = situation.scenario
+def compose(excitation: FlightExcitation, vehicle: Vehicle, report: Progress = lambda _: None) -> FieldTruth:
+    """Compute every part at the mounts of a situation.
+
+    Parameters
+    ----------
+    excitation : FlightExcitation
+        Of a situation with its background.
+    vehicle : Vehicle
+    report : callable
+        Called with shares from 0.5 to 1.
+    """
+    situation = excitation.situation
     parts = {name: part[:, :-1] for name, part in situation.background.items()}
-    platform = parts_on(scenario, PLATFORM)
+    platform = parts_on(situation.scenario, PLATFORM)
     for done, name in enumerate(platform, start=1):
-        scale, part = getattr(scenario.field, name).scale, MAKERS[name](situation)
+        part = _platform_part(name, excitation, situation.response, situation.rows)
         if part is not None:
-            parts[name] = part if scale == 1.0 else scale * part
-        tell(0.5 + 0.5 * done / len(platform))
+            parts[name] = part
+        report(0.5 + 0.5 * done / len(platform))
     bending = flex.Bending.of(situation)
     if bending.shifts_b:
-        _bend(parts, situation, bending, response_at(vehicle, flex.places_around(situation, bending)))
+        places, eddy = flex.places_around(situation, bending), situation.scenario.field.eddy.model
+        _bend(parts, excitation, bending, response_at(vehicle, places, eddy))
     for part in parts.values():
         part.flags.writeable = False  # handed over, not copied
-    onboard = situation.onboard if "electronics" in parts else electronics.Onboard()
+    onboard = excitation.onboard if "electronics" in parts else Onboard()
     return FieldTruth(
         situation.time_s,
         situation.mounts,
@@ -117,16 +120,31 @@ def compose(situation: Situation, vehicle: Vehicle, tell: Progress = lambda _: N
     )
 
 
+def _scale(excitation: FlightExcitation, name: str) -> float:
+    return getattr(excitation.settings, name).scale
+
+
+def _platform_part(
+    name: str, excitation: FlightExcitation, response: AircraftResponse, rows: np.ndarray
+) -> np.ndarray | None:
+    """Return a part times its scale, (n, s, 3) [nT]; None for an aircraft without it."""
+    scale, part = _scale(excitation, name), PARTS[name].field(excitation, response, rows)
+    return part if part is None or scale == 1.0 else scale * part
+
+
 def _bend(
-    parts: dict[str, np.ndarray], situation: Situation, bending: flex.Bending, response: AircraftResponse
+    parts: dict[str, np.ndarray], excitation: FlightExcitation, bending: flex.Bending, response: AircraftResponse
 ) -> None:
-    """Add to every part what the way of the bent mounts changes, by the part's own gradient there."""
+    """Add to every part the change by the motion of the bent mounts, from the part's own gradient there."""
+    situation = excitation.situation
     around = replace(situation, response=response, mounts=response.mounts)
     for name, part in parts.items():
-        field = MAKERS[name](around)
-        field, scale = (
-            (field[:, :-1], 1.0) if name in BACKGROUND else (field, getattr(situation.scenario.field, name).scale)
-        )
+        if name in BACKGROUNDS:
+            changes, scale = flex.moved(BACKGROUNDS[name](around)[:, :-1], bending.shifts_b), 1.0
+        else:
+            found = PARTS[name].field(excitation, response, around.rows)
+            assert found is not None  # it is among the parts of this aircraft
+            changes, scale = flex.moved(found, bending.shifts_b), _scale(excitation, name)
         parts[name] = np.array(part)
-        for mount, change in flex.moved(field, bending.shifts_b).items():
+        for mount, change in changes.items():
             parts[name][:, situation.mounts.index(mount)] += scale * change

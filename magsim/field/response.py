@@ -1,9 +1,10 @@
 """What the metal of an aircraft does at each of its mounts: a pure function of its magnetic file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Magnetics, Vehicle
@@ -15,7 +16,7 @@ from magsim.field.metal.eddy import Modes, reduce_to_modes, slow_limit
 from magsim.field.metal.skin.mesh import metal_obstacles, outline
 from magsim.field.metal.skin.model import SkinModel, load_skin
 from magsim.field.metal.steel.model import SteelModel, compute_steel, file_digests, load_steel
-from magsim.field.sources.dipoles import HingedDipole, dipole_field
+from magsim.field.sources.dipoles import dipole_field
 from magsim.field.wiring.harness import Wiring
 from magsim.storage import cached
 
@@ -45,8 +46,6 @@ class AircraftResponse:
         Relative error of the modes at 0.5 Hz beside all currents of the conductor.
     wiring_nt_per_a : (s, 3, c) [nT/A]
         Field of each feeder for 1 A.
-    hinged : tuple of HingedDipole
-        Dipoles on control surfaces.
     """
 
     mounts: tuple[str, ...]
@@ -59,11 +58,10 @@ class AircraftResponse:
     field: np.ndarray
     eddy_error: np.ndarray
     wiring_nt_per_a: np.ndarray
-    hinged: tuple[HingedDipole, ...]
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            if item.name not in ("mounts", "hinged"):
+            if item.name != "mounts":
                 object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
 
     @property
@@ -77,12 +75,12 @@ class AircraftResponse:
         return slow_limit(self.modes)
 
     def rows(self, mounts: tuple[str, ...]) -> np.ndarray:
-        """Row numbers of mounts, (m,) int."""
+        """Return the row numbers of mounts, (m,) int."""
         return np.array([self.mounts.index(mount) for mount in mounts], dtype=int)
 
 
 def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full: bool) -> Arrays:
-    """Steel and fixed dipoles, with what those that are not installed ones induce in the steel."""
+    """Return the gains of steel and fixed dipoles; dipoles not marked as installed magnetize the steel too."""
     field = steel.at(points, gradient=full)
     permanent = field.reaction_nt.copy()
     for dipole in magnetics.permanent:
@@ -91,8 +89,9 @@ def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full:
 
 
 def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
-    """Loops with their mirror images, and the coil that each of them comes from."""
-    loops, origins = [], []
+    """Return loops with their mirror images, and the coil that each of them comes from."""
+    loops: list[Loop] = []
+    origins: list[Coil] = []
     for coil in coils:
         vertices = np.array(coil.vertices_m)
         loops.append(Loop(vertices, coil.wire_radius_m))
@@ -109,9 +108,9 @@ def _coils(magnetics: Magnetics, points: np.ndarray, *, full: bool) -> Arrays:
     matrix = inductance_matrix(loops)
     resistance = np.zeros_like(matrix)
     for i, (loop, coil) in enumerate(zip(loops, origins, strict=True)):
-        if coil.time_constant_s is None:
+        if coil.conductivity_spm is not None and coil.section_m2 is not None:
             resistance[i, i] = loop.length_m / (coil.conductivity_spm * coil.section_m2)
-        else:
+        elif coil.time_constant_s is not None:
             resistance[i, i] = matrix[i, i] / coil.time_constant_s
     flux = np.array([loop.area_vector for loop in loops]).reshape(-1, 3)
     field = np.stack([loop.field(points) for loop in loops], axis=-1) if loops else np.zeros((len(points), 3, 0))
@@ -134,13 +133,16 @@ def _eddy_arrays(modes: Modes, error: np.ndarray) -> Arrays:
 
 
 def skin_model(magnetics: Magnetics) -> SkinModel:
-    """The aircraft's skin, fine enough for all its mounts, from the cache where it was made before.
+    """Return the aircraft's skin, fine enough for all its mounts, from the cache where it is known.
 
     Raises
     ------
     ValueError
-        If the skin's mesh is not sound, or a mount is too close to the metal.
+        If the aircraft has no skin, the skin's mesh is not sound, or a mount is too close to the metal.
     """
+    if magnetics.skin is None:
+        msg = "the aircraft has no skin"
+        raise ValueError(msg)
     return load_skin(magnetics.skin, np.array([mount.position_m for mount in magnetics.mounts.values()]))
 
 
@@ -149,9 +151,9 @@ EDDY = {"coils": _coils, "skin": _skin}
 
 
 def _solve(
-    aircraft: Vehicle, places: Mapping[str, Sequence[float]], steel: SteelModel, eddy: str, *, full: bool = True
+    aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel, eddy: str, *, full: bool = True
 ) -> Arrays:
-    """All numbers that take time, as arrays by name."""
+    """Compute the arrays of a response by name."""
     points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
     _check_places(aircraft, places, steel)
     arrays = {"positions_m": points}
@@ -167,29 +169,14 @@ def _solve(
     return arrays
 
 
-def _check_places(aircraft: Vehicle, places: Mapping[str, Sequence[float]], steel: SteelModel) -> None:
-    """Refuse places in or at the steel, as its mesh has it."""
+def _check_places(aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel) -> None:
+    """Refuse places in or at the steel by its mesh."""
     words = {f"{'mount' if name in aircraft.mounts else 'place'} {name!r}": point for name, point in places.items()}
     try:
         steel.check(words)
     except RequestError as error:
         lines = [f"aircraft {aircraft.name}: {line}" for line in str(error).splitlines()]
         raise RequestError("\n".join(lines)) from error
-
-
-def _assemble(magnetics: Magnetics, names: tuple[str, ...], arrays: Arrays) -> AircraftResponse:
-    hinged = tuple(
-        HingedDipole(
-            position=np.array(dipole.position_m),
-            moment=np.array(dipole.moment_am2),
-            hinge_point=np.array(dipole.hinge_point_m),
-            hinge_axis=np.array(dipole.hinge_axis),
-            surface=dipole.surface,
-            name=dipole.name,
-        )
-        for dipole in magnetics.hinged
-    )
-    return AircraftResponse(mounts=names, hinged=hinged, **arrays)
 
 
 def eddy_model(aircraft: Vehicle, asked: str | None = None) -> str:
@@ -207,7 +194,7 @@ def eddy_model(aircraft: Vehicle, asked: str | None = None) -> str:
 
 
 def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResponse:
-    """Response of an aircraft at all its mounts, computed anew on one thread, but for its skin: that has its own cache.
+    """Compute the response of an aircraft at all its mounts on one thread; its skin has a cache of its own.
 
     Parameters
     ----------
@@ -222,16 +209,16 @@ def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResp
         If a place is in or at the metal, steel parts touch, or a mesh is not sound.
     """
     mounts, model = aircraft.mounts, eddy_model(aircraft, eddy)
-    return _assemble(aircraft.magnetics, tuple(mounts), _solve(aircraft, mounts, compute_steel(aircraft), model))
+    return AircraftResponse(tuple(mounts), **_solve(aircraft, mounts, compute_steel(aircraft), model))
 
 
 def response_at(
-    aircraft: Vehicle, places: Mapping[str, Sequence[float]], eddy: str | None = None, *, full: bool = True
+    aircraft: Vehicle, places: Mapping[str, ArrayLike], eddy: str | None = None, *, full: bool = True
 ) -> AircraftResponse:
-    """Response of an aircraft at any places; its steel and its skin are solved once and kept by content.
+    """Return the response of an aircraft at any places; steel and skin are solved once and cached.
 
-    The mesh of a skin is fine near the aircraft's own mounts; ``skin_model(...).resolved`` tells of other places
-    whether they are too close to the metal for it.
+    The mesh of a skin is fine near the aircraft's own mounts; ``skin_model(...).resolved`` returns whether it is fine
+    enough for other places.
 
     Parameters
     ----------
@@ -251,13 +238,11 @@ def response_at(
         If a place is in or at the steel, a mount at the skin, steel parts touch, or a mesh is not sound.
     """
     model = eddy_model(aircraft, eddy)
-    return _assemble(
-        aircraft.magnetics, tuple(places), _solve(aircraft, places, load_steel(aircraft), model, full=full)
-    )
+    return AircraftResponse(tuple(places), **_solve(aircraft, places, load_steel(aircraft), model, full=full))
 
 
 def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
-    """For each place what is in the way of a sensor, with what is allowed; None where nothing is.
+    """Return for each place the obstacle to a sensor, with what is allowed, or None.
 
     Parameters
     ----------
@@ -268,13 +253,13 @@ def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
     meshes, skin = load_steel(aircraft).obstacles(points), aircraft.magnetics.skin
     shells = [None] * len(points) if skin is None else metal_obstacles(outline(skin), points)
     return [
-        aircraft.magnetics.obstacle(tuple(map(float, p))) or mesh or shell
-        for p, mesh, shell in zip(points, meshes, shells, strict=True)
+        aircraft.magnetics.obstacle((x, y, z)) or mesh or shell
+        for (x, y, z), mesh, shell in zip(points.tolist(), meshes, shells, strict=True)
     ]
 
 
 def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResponse:
-    """The same as ``compute_response``, kept by content: the first call computes, later ones read.
+    """Return the result of ``compute_response``, from the cache where it is known.
 
     The cache counts the source code of ``magsim.field`` into the key.
     """
@@ -286,4 +271,4 @@ def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftRespons
         "eddy": model,
     }
     arrays = cached("response", key, lambda: _solve(aircraft, mounts, load_steel(aircraft), model))
-    return _assemble(magnetics, tuple(mounts), arrays)
+    return AircraftResponse(tuple(mounts), **arrays)

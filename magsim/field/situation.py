@@ -8,8 +8,6 @@ import numpy as np
 
 from magsim.aircraft import Magnetics
 from magsim.field.response import AircraftResponse
-from magsim.field.stepping import derivative
-from magsim.field.wiring.electronics import Onboard, onboard
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
@@ -17,13 +15,13 @@ from magsim.trajectory import Flight, Trajectory
 
 
 def used_mounts(scenario: Scenario, body: str = "carrier") -> tuple[str, ...]:
-    """Mounts of all magnetic sensors that a body carries, in the order of first use."""
+    """Return the mounts of all magnetic sensors that a body carries, in the order of first use."""
     sensors = (*scenario.sensors.scalar, *scenario.sensors.fluxgate)
     return tuple(dict.fromkeys(sensor.mount for sensor in sensors if sensor.body == body))
 
 
 def simulation_times(flight: Flight) -> np.ndarray:
-    """Sample times inside the logged span of all bodies at the simulation rate, (n,) [s]; 0 is one of them."""
+    """Return sample times in the logged span of all bodies at the simulation rate, (n,) [s]; 0 is one of them."""
     rate, logs = flight.simulation_rate_hz, [path.time_s for path in (flight.carrier, flight.bird) if path is not None]
     start, stop = max(log[0] for log in logs), min(log[-1] for log in logs)
     first, last = np.ceil(start * rate - 1e-6), np.floor(stop * rate + 1e-6)
@@ -77,9 +75,9 @@ class Situation:
         mounts: tuple[str, ...] | None = None,
         time_s: np.ndarray | None = None,
     ) -> "Situation":
-        """The situation of a flight, without background.
+        """Return the situation of a flight, without background.
 
-        At the mounts of the carrier's sensors and at the times of the flight where others are not told.
+        By default at the mounts of the carrier's sensors and at the times of the flight.
         """
         time_s = simulation_times(flight) if time_s is None else time_s
         mounts, motion = used_mounts(scenario) if mounts is None else mounts, flight.carrier.at(time_s)
@@ -117,13 +115,3 @@ class Situation:
         for part in self.background.values():
             out += part[:, -1]
         return out
-
-    @cached_property
-    def ambient_rate_b(self) -> np.ndarray:
-        """Time derivative of ``B_0`` in body axes, (n, 3) [nT/s]."""
-        return derivative(self.ambient_b, self.step_s)
-
-    @cached_property
-    def onboard(self) -> Onboard:
-        """Currents and voltages of the aircraft's wiring."""
-        return onboard(self)

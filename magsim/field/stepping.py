@@ -8,14 +8,16 @@ SERIES_BELOW, SERIES_TERMS = 0.1, 12
 
 
 def hold_weights(exponent: complex) -> tuple[complex, complex]:
-    """Weights of the input before and after a step of ``dq/dt = a q + u``, over the step, for ``exponent = a step``.
+    """Return the weights of the input before and after a step of ``dq/dt = a q + u`` for ``exponent = a step``.
 
     ``q[n+1] = exp(x) q[n] + step (w0 u[n] + w1 u[n+1])`` with ``w1 = (e^x - 1 - x) / x^2`` and
     ``w0 = (e^x - 1) / x - w1``: the integral of ``exp(a (step - t))`` against the straight line.
     """
     x = exponent
     if abs(x) < SERIES_BELOW:
-        term, both, after = 1.0, 0.0, 0.0
+        term: complex = 1.0
+        both: complex = 0.0
+        after: complex = 0.0
         for k in range(1, SERIES_TERMS):
             term = term / k  # x^(k-1) / k!
             both += term
@@ -27,7 +29,7 @@ def hold_weights(exponent: complex) -> tuple[complex, complex]:
 
 
 def first_order(rate: complex, drive: np.ndarray, step_s: float, start: np.ndarray | complex) -> np.ndarray:
-    """Solution of ``dq/dt = rate q + drive``.
+    """Solve ``dq/dt = rate q + drive``.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ def first_order(rate: complex, drive: np.ndarray, step_s: float, start: np.ndarr
 
 
 def derivative(values: np.ndarray, step_s: float) -> np.ndarray:
-    """Time derivative of evenly spaced samples by differences of fourth order, (n, ...) per second.
+    """Return the time derivative of evenly spaced samples by differences of fourth order, (n, ...) per second.
 
     The relative error for a sinusoid of angular frequency w is (w step)^4 / 30: 2e-7 for 1 Hz at 120 Hz.
 

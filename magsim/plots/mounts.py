@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from magsim.plots.slices import Slice
@@ -43,7 +45,7 @@ class MapPicture:
 
 
 def draw(picture: MapPicture) -> Figure:
-    """The picture of a mount map."""
+    """Draw a mount map."""
     has_skin = len(picture.triangles_m) > 0
     figure = Figure(figsize=(14.0 if has_skin else 8.5, 7.6), dpi=110, layout="constrained")
     figure.patch.set_facecolor("white")
@@ -63,7 +65,7 @@ def draw(picture: MapPicture) -> Figure:
     return figure
 
 
-def _slice(axes: Axes, part: Slice, picture: MapPicture, norm: LogNorm) -> object:
+def _slice(axes: Axes, part: Slice, picture: MapPicture, norm: LogNorm) -> QuadMesh:
     first, second = part.axes
     edges = [_edges(side) for side in (part.across, part.up)]
     shown = axes.pcolormesh(*edges, np.ma.masked_invalid(part.values.T), norm=norm, cmap=COLORS, rasterized=True)
@@ -99,15 +101,15 @@ def _slice(axes: Axes, part: Slice, picture: MapPicture, norm: LogNorm) -> objec
 
 
 def _edges(side: np.ndarray) -> np.ndarray:
-    """Borders of cells around evenly spaced places."""
+    """Return the borders of cells around evenly spaced places."""
     half = 0.5 * (side[1] - side[0])
     return np.append(side - half, side[-1] + half)
 
 
-def _skin(axes: Axes, picture: MapPicture, norm: LogNorm) -> None:
+def _skin(axes: Axes3D, picture: MapPicture, norm: LogNorm) -> None:
     # Seen from the right, ahead and above; matplotlib's z is up.
     corners = picture.triangles_m * (1.0, -1.0, -1.0)
-    colors = colormaps[COLORS](norm(np.nan_to_num(picture.skin_values, nan=norm.vmax)))
+    colors = colormaps[COLORS](norm(np.nan_to_num(picture.skin_values, nan=float(norm.vmax or 0.0))))
     colors[np.isnan(picture.skin_values)] = NO_PLACE
     axes.add_collection3d(Poly3DCollection(corners, facecolors=colors, edgecolors=(1, 1, 1, 0.15), linewidths=0.2))
     low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)

@@ -43,7 +43,7 @@ from magsim.scenario.patterns import (
     parts_of,
 )
 from magsim.scenario.payload import Loading
-from magsim.scenario.physics import Earth, EddyPart, FieldSettings
+from magsim.scenario.physics import Earth, EddyPart, FieldSettings, MemoryPart
 from magsim.scenario.place import GroundPoint
 from magsim.scenario.start import FlightSettings, Start, Sway
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
@@ -91,6 +91,7 @@ __all__ = [
     "Loading",
     "LogShear",
     "Maneuver",
+    "MemoryPart",
     "Oscillation",
     "Pattern",
     "PatternBase",

@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 
 from magsim import assets, metrics, signals
-from magsim.aircraft import load_aircraft
+from magsim.aircraft import Aircraft, load_aircraft
 from magsim.aircraft.magnetics import Skin
 from magsim.cli import main
 from magsim.errors import RequestError
-from magsim.experiments.mount_grid import Body, grid, plane
-from magsim.experiments.mount_map import FlightSeries, _hinged_at, background, predict
+from magsim.experiments.mount_grid import Extent, grid, plane
+from magsim.experiments.mount_map import FlightSeries, predict
 from magsim.experiments.mount_report import flight_of, make_map, write_page
-from magsim.field import load_response, obstacles, outline
+from magsim.experiments.recorded import background
+from magsim.field import load_response, obstacles, outline, response_at
 from magsim.field.geometry.meshes import box_surface
-from magsim.field.sources.dipoles import HingedDipole, hinged_field
+from magsim.field.parts import PARTS
 from magsim.loading import load_scenario
 from magsim.recording import Recording
+from magsim.scenario import FieldSettings
 from magsim.simulation import simulate
 from tests.benchmarks.aircraft_levels import vehicle
 
@@ -37,7 +39,6 @@ def recording() -> Recording:
     short = [
         "pattern.leg_m=9000.0",
         "pattern.period_s=6.0",
-        "field.memory.enabled=false",
         f"sensors.scalar=[{SENSORS}]",
     ]
     return simulate(load_scenario("patterns/fom", short))
@@ -61,9 +62,54 @@ def test_prediction_is_what_the_flight_records(aircraft, recording):
         assert found.fom_left_nt[row] < 0.2 * found.fom_nt[row]
 
 
+OFF = {"enabled": False}
+
+
+def errors(aircraft: Aircraft, recording: Recording, **settings: dict) -> dict[str, float]:
+    """Error of the predicted signature at each sensor, over the standard deviation of the projection that was flown."""
+    places = {sensor: aircraft.mounts[mount] for sensor, mount in MOUNTS.items()}
+    series = FlightSeries(recording, aircraft, FieldSettings.model_validate(settings))
+    found = series.signatures(response_at(aircraft, places, full=False))
+    rows = metrics.crop(recording.time_s) & (recording["turn"] == 0) & (recording["maneuver"] != 0)
+    out = {}
+    for row, sensor in enumerate(places):
+        band = signals.band_pass(recording[f"projection_{sensor}_nt"], recording.rate_hz)[rows]
+        out[sensor] = (found[:, row] - band).std() / band.std()
+    return out
+
+
+def test_the_signature_row_by_row_with_propeller_and_memory(aircraft, recording):
+    """The flight has every part on; a prediction without memory or without the propeller is worse."""
+    whole = errors(aircraft, recording)
+    assert max(whole.values()) < 1.5e-3
+    without_memory, without_propeller = (
+        errors(aircraft, recording, memory=OFF),
+        errors(aircraft, recording, propeller=OFF),
+    )
+    assert without_memory["cabin"] > 20.0 * whole["cabin"]
+    assert without_memory["ceiling"] > 20.0 * whole["ceiling"]
+    assert without_propeller["cabin"] > 4.0 * whole["cabin"]
+    assert without_propeller["tail"] > 3.0 * whole["tail"]
+
+
+def test_parts_scale_as_in_a_scenario(aircraft, recording):
+    """Every part, linear and turning, is multiplied by its scale; the sum over parts is the whole."""
+    places = {"cabin": aircraft.mounts["cabin_center"]}
+    response = response_at(aircraft, places, full=False)
+
+    def signature(**scales: float) -> np.ndarray:
+        settings = {name: {"enabled": name in scales, "scale": scales.get(name, 1.0)} for name in PARTS}
+        return FlightSeries(recording, aircraft, FieldSettings.model_validate(settings)).signatures(response)
+
+    whole = signature(**dict.fromkeys(PARTS, 1.0))
+    np.testing.assert_allclose(sum(signature(**{name: 1.0}) for name in PARTS), whole, atol=1e-9 * whole.std())
+    for name in PARTS:
+        np.testing.assert_allclose(signature(**{name: -2.0}), -2.0 * signature(**{name: 1.0}), rtol=1e-9, atol=1e-12)
+
+
 def test_currents_of_the_drone_count():
     """The motor's current swings with the throttle: nothing else leaves so much after Tolles-Lawson."""
-    loaded = load_scenario("papers/001_fom", ["field.memory.enabled=false", "sensors.scalar[0].noise_nt_rthz=0.0"])
+    loaded = load_scenario("papers/001_fom", ["sensors.scalar[0].noise_nt_rthz=0.0"])
     flight, drone = simulate(loaded), loaded.aircraft
     sensor = loaded.scenario.sensors.scalar[0]
     found = predict(drone, flight, {sensor.name: drone.mounts[sensor.mount]})
@@ -88,24 +134,11 @@ def test_background_has_the_strength_of_the_truth(recording):
     assert np.abs(strength - recording["clean_cabin_nt"]).max() < 0.05
 
 
-def test_hinged_field_by_rotation_is_the_closed_form():
-    dipole = HingedDipole(
-        position=np.array([-1.0, 2.0, 0.3]),
-        moment=np.array([0.3, 0.8, -0.5]),
-        hinge_point=np.array([-0.8, 2.0, 0.2]),
-        hinge_axis=np.array([0.0, 1.0, 0.0]),
-        surface="elevator",
-    )
-    angles, points = np.array([0.0, 0.3, -0.2]), np.array([[0.5, 0.1, 0.0], [-3.0, 1.0, 1.0]])
-    exact = np.stack([hinged_field(dipole, np.cos(angles), np.sin(angles), point) for point in points], axis=1)
-    np.testing.assert_allclose(_hinged_at(dipole, angles, points), exact, rtol=1e-10)
-
-
 def test_tolles_lawson_takes_a_linear_aircraft_away(aircraft, recording):
-    """Without moving surfaces, currents and lag the signature is linear in the 18 terms."""
+    """Without moving surfaces, currents, memory and lag the signature is linear in the 18 terms."""
     still = {name: column for name, column in recording.data.items() if not name.startswith(("surface_", "cur_"))}
     flight = Recording(recording.name, recording.time_s, still, recording.meta)
-    plain = aircraft.magnetics.model_copy(update={"skin": None, "coils": ()})
+    plain = aircraft.magnetics.model_copy(update={"skin": None, "coils": (), "memory": None})
     found = predict(replace(aircraft, magnetics=plain), flight, {"cabin": aircraft.mounts["cabin_center"]})
     assert found.std_nt[0] > 5.0
     assert found.std_left_nt[0] < 1e-5 * found.std_nt[0]
@@ -124,7 +157,7 @@ def test_recordings_without_maneuvers_are_refused(aircraft, recording):
 
 def test_grid_is_inside_near_and_on_booms():
     box = box_surface((0.0, 0.0, 0.0), (10.0, 2.0, 2.0), 0.5)
-    body = Body(box.vertices, box)
+    body = Extent(box.vertices, box)
     assert body.length_m == pytest.approx(10.0)
     points, inside = grid(body, 0.3)
     truly = np.all(np.abs(points) < (5.0, 1.0, 1.0), axis=1)
@@ -141,7 +174,7 @@ def test_grid_is_inside_near_and_on_booms():
 def test_an_aircraft_without_skin_and_outline_is_known_by_its_parts(name):
     whole = vehicle(name)
     bare = replace(whole, magnetics=whole.magnetics.model_copy(update={"skin": None, "outline": None}))
-    body = Body.of(bare, None)
+    body = Extent.of(bare, None)
     known = [*whole.mounts.values(), *(dipole.position_m for dipole in whole.magnetics.permanent)]
     assert np.all(body.box[0] <= np.min(known, axis=0))
     assert np.all(body.box[1] >= np.max(known, axis=0))
@@ -159,7 +192,7 @@ def test_the_outline_of_the_drone_is_drawn_and_nothing_else():
     np.testing.assert_array_equal(
         obstacles(drone, shells.surface.vertices[:9]), obstacles(bare, shells.surface.vertices[:9])
     )
-    body = Body.of(drone, shells.surface)
+    body = Extent.of(drone, shells.surface)
     assert body.inside(np.array([[0.0, 0.0, 0.0], [0.0, 1.0, -0.08], [0.0, 1.0, 0.2]])).tolist() == [True, True, False]
     across, _, _ = plane(body, 0.1, 1)
     assert across[0] < -1.05
@@ -176,7 +209,7 @@ def test_shells_that_are_not_sound_are_told(aircraft, recording):
 
 def test_plane_holds_the_datum():
     box = box_surface((0.0, 0.0, 0.0), (10.0, 2.0, 2.0), 0.5)
-    across, up, points = plane(Body(box.vertices, box), 0.5, 1)
+    across, up, points = plane(Extent(box.vertices, box), 0.5, 1)
     assert points.shape == (len(across), len(up), 3)
     assert not points[..., 1].any()
     np.testing.assert_array_equal(points[:, 0, 0], across)

@@ -12,7 +12,8 @@ from magsim.earth import decimal_years, ecef_from_geodetic, geodetic_from_ecef, 
 from magsim.errors import RequestError
 from magsim.field import AircraftResponse, compute_field, compute_response, load_response
 from magsim.field.background.main_field import earth_along
-from magsim.field.composition import MAKERS, parts_on
+from magsim.field.composition import parts_on
+from magsim.field.parts import PARTS
 from magsim.field.situation import simulation_times, used_mounts
 from magsim.field.sources.dipoles import dipole_field
 from magsim.field.sources.memory import hysteresis, viscosity
@@ -271,7 +272,7 @@ def test_eddies_start_settled(aircraft: Aircraft, flight: Flight, response: Airc
     assert np.abs(short - same)[120:].max() < 1e-5 * np.abs(same).max()
 
 
-@pytest.mark.parametrize("name", [name for name in PLATFORM if name in MAKERS])
+@pytest.mark.parametrize("name", [name for name in PLATFORM if name in PARTS])
 def test_parts_can_be_switched_and_scaled(run: Callable, name: str) -> None:
     plain = run().parts_b
     off, double = run(**{name: OFF}).parts_b, run(**{name: {"scale": -2.0}}).parts_b

@@ -7,8 +7,8 @@ import pytest
 
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.field import compute_field, load_response, response_at
+from magsim.field.flex import Bending
 from magsim.field.situation import Situation
-from magsim.field.sources.flex import Bending
 from magsim.frames import rotate_about, turned_back
 from magsim.scenario import Scenario
 from magsim.sensors import Acquisition

@@ -6,9 +6,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from magsim.aircraft import load_aircraft
-from magsim.field.sources.dipoles import SCALE, HingedDipole, dipole_field, dipole_gradient, hinged_field
+from magsim.field.sources.dipoles import SCALE, DeflectedDipole, dipole_field
 from magsim.frames import rotate_about
 from magsim.units import NT_PER_T
+from tests.support.dipoles import dipole_gradient
 
 POSITION = np.array([0.4, -0.3, 0.2])
 MOMENT = np.array([1.5, -2.0, 0.7])
@@ -76,13 +77,18 @@ def test_gradient_by_finite_differences(points: np.ndarray) -> None:
     assert np.abs(exact - np.swapaxes(exact, 1, 2)).max() < 1e-12 * scale
 
 
-HINGED = HingedDipole(
-    position=np.array([-8.0, 1.5, -0.5]),
-    moment=np.array([0.5, 0.8, 0.3]),
-    hinge_point=np.array([-7.86, 1.2, -0.45]),
-    hinge_axis=np.array([0.0, 0.8, 0.6]),
-    surface="elevator",
-)
+def deflected(angles: np.ndarray) -> DeflectedDipole:
+    return DeflectedDipole(
+        position=np.array([-8.0, 1.5, -0.5]),
+        moment=np.array([0.5, 0.8, 0.3]),
+        hinge_point=np.array([-7.86, 1.2, -0.45]),
+        hinge_axis=np.array([0.0, 0.8, 0.6]),
+        cos=np.cos(angles),
+        sin=np.sin(angles),
+    )
+
+
+HINGED = deflected(np.zeros(1))
 
 
 @pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (-11.11, 0.0, -0.82), (-7.5, 1.0, 0.2)])
@@ -91,8 +97,20 @@ def test_hinged_dipole_is_a_turned_and_moved_dipole(point: tuple[float, float, f
     turn = Rotation.from_rotvec(angles[:, None] * HINGED.hinge_axis)
     positions = HINGED.hinge_point + turn.apply(HINGED.position - HINGED.hinge_point)
     expected = dipole_field(positions, turn.apply(HINGED.moment), np.array(point))
-    ours = hinged_field(HINGED, np.cos(angles), np.sin(angles), np.array(point))
-    np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    dipole, fixed = deflected(angles), np.array([point])
+    np.testing.assert_allclose(dipole.at(fixed)[:, 0], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    moving = dipole.along(np.tile(fixed, (25, 1, 1)))
+    np.testing.assert_allclose(moving[:, 0], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (-11.11, 0.0, -0.82)])
+def test_hinged_dipole_as_gains_and_strengths(point: tuple[float, float, float]) -> None:
+    """Exact at rest and at the deflection of the expansion, right to 0.1 % of the field between them."""
+    dipole, fixed = deflected(np.linspace(-0.2, 0.2, 21)), np.array([point])
+    exact = dipole.at(fixed)[:, 0]
+    product = dipole.strengths @ dipole.gains(fixed)[0].T
+    np.testing.assert_allclose(product[[0, 10, 20]], exact[[0, 10, 20]], rtol=1e-10)
+    assert np.abs(product - exact).max() < 1e-3 * np.linalg.norm(exact, axis=1).min()
 
 
 def test_hinged_dipole_agrees_with_magpylib() -> None:
@@ -100,7 +118,7 @@ def test_hinged_dipole_agrees_with_magpylib() -> None:
     source = magpy.misc.Dipole(moment=HINGED.moment, position=HINGED.position)
     source.rotate(Rotation.from_rotvec(angle * HINGED.hinge_axis), anchor=HINGED.hinge_point)
     point = np.array([-7.0, 0.4, 0.3])
-    ours = hinged_field(HINGED, np.array([np.cos(angle)]), np.array([np.sin(angle)]), point)[0]
+    ours = deflected(np.array([angle])).at(point[None])[0, 0]
     np.testing.assert_allclose(ours, source.getB(point) * NT_PER_T, rtol=2e-9)
 
 
@@ -113,9 +131,10 @@ def test_hinge_signs(axis: tuple[float, float, float], moves_to: tuple[float, fl
     trailing_edge = rotate_about(np.array(axis), np.array([np.pi / 2]), np.array([-1.0, 0.0, 0.0]))[0]
     np.testing.assert_allclose(trailing_edge, moves_to, atol=1e-15)
     # The field sees the same move: a dipole at the trailing edge, turned by 90 degrees about a hinge in the origin.
-    dipole = HingedDipole(np.array([-1.0, 0.0, 0.0]), np.array(axis), np.zeros(3), np.array(axis), "elevator")
+    cos, sin = np.array([0.0]), np.array([1.0])
+    dipole = DeflectedDipole(np.array([-1.0, 0.0, 0.0]), np.array(axis), np.zeros(3), np.array(axis), cos, sin)
     point = np.array([0.3, 0.2, 5.0])
-    field = hinged_field(dipole, np.array([0.0]), np.array([1.0]), point)[0]
+    field = dipole.at(point[None])[0, 0]
     np.testing.assert_allclose(field, dipole_field(np.array(moves_to), np.array(axis), point), rtol=1e-12)
 
 

@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from magsim.field.sources.dipoles import dipole_field, dipole_gradient
-from magsim.field.sources.flex import REACH_M, FlexMode, bend, moved, specific_force
+from magsim.field.flex import REACH_M, BendingMode, bend, moved, specific_force
+from magsim.field.sources.dipoles import dipole_field
 from magsim.frames import rot_nb_from_attitude
 from magsim.trajectory import Trajectory
 from magsim.units import G0
+from tests.support.dipoles import dipole_gradient
 
 DOWN = np.array([0.0, 0.0, 1.0])
 STEP = 1.0 / 120.0
-MODE = FlexMode(DOWN, 4.0, 0.03, 1.566, np.zeros(3))
+MODE = BendingMode(DOWN, 4.0, 0.03, 1.566, np.zeros(3))
 OMEGA = 2.0 * np.pi * 4.0
 
 

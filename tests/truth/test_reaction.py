@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magsim.field.geometry.meshes import ball, icosphere
-from magsim.field.metal.steel.induced import Body, InducedModel, Part, Sheet, Solid
+from magsim.field.metal.steel.induced import ClosedBody, InducedModel, Part, Sheet, Solid
 from magsim.field.metal.steel.reaction import dipole_charge
 from tests.support import bodies
 
@@ -39,7 +39,7 @@ def test_the_exact_series_shorts_the_field_along_a_perfect_sphere() -> None:
 @pytest.mark.parametrize("mu", [1.1, 5.0, 100.0])
 @pytest.mark.parametrize("way", MOMENTS)
 def test_dipole_beside_a_sphere_by_its_surface(mu: float, way: str) -> None:
-    model = InducedModel([Body(icosphere(2, RADIUS, keep="volume"), mu - 1.0)])
+    model = InducedModel([ClosedBody(icosphere(2, RADIUS, keep="volume"), mu - 1.0)])
     assert _error(model, bodies.solid_factors(mu), 2.0, MOMENTS[way]) < 0.012
     assert _error(model, bodies.solid_factors(mu), 4.0, MOMENTS[way]) < 0.003
 
@@ -66,7 +66,7 @@ def test_converges_with_the_square_of_the_element(kind: str) -> None:
     exact = bodies.dipole_beside_sphere(factors, RADIUS, position, moment, POINTS)
     errors = []
     for subdivisions in (1, 2):
-        part: Part = Body(icosphere(subdivisions, RADIUS, keep="volume"), 49.0)
+        part: Part = ClosedBody(icosphere(subdivisions, RADIUS, keep="volume"), 49.0)
         if kind == "sheet":
             part = Sheet(icosphere(subdivisions, RADIUS, keep="area"), 0.01, 49.0)
         errors.append(np.linalg.norm(_reaction(InducedModel([part]), position, moment) - exact))
@@ -76,7 +76,7 @@ def test_converges_with_the_square_of_the_element(kind: str) -> None:
 def test_superposition_and_no_net_charge() -> None:
     near, far = icosphere(1, 0.3, keep="volume"), icosphere(1, 0.2, keep="area")
     apart = type(far)(far.vertices + np.array([0.8, 0.0, 0.0]), far.triangles)
-    model = InducedModel([Body(near, 99.0), Sheet(apart, 0.001, 300.0)])
+    model = InducedModel([ClosedBody(near, 99.0), Sheet(apart, 0.001, 300.0)])
     position = np.array([0.45, 0.5, 0.1])
     charges = np.stack([dipole_charge(model, position, moment) for moment in np.eye(3)], axis=1)
     both = dipole_charge(model, position, np.array([1.0, -2.0, 0.5]))

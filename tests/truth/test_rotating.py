@@ -9,20 +9,21 @@ from scipy.interpolate import CubicSpline
 
 from magsim.field.sources.dipoles import dipole_field
 from magsim.field.sources.rotors import (
-    RotatingPart,
-    Turning,
+    Rotation,
+    ShaftDipole,
+    SpinningDipole,
+    mean_moment,
     mean_tone,
-    rotating_field,
     rotating_moment,
+    rotation_of,
     rotor_stream,
-    turning,
     wander,
 )
 from magsim.frames import rotate_about
 from magsim.units import MU0, NT_PER_T
 
 TONES_HZ = (31.7, 103.0)
-PART = RotatingPart(
+PART = ShaftDipole(
     position=np.array([4.0, 0.1, -0.2]),
     axis=np.array([1.0, 0.0, 0.0]),
     moment=np.array([1.5, 0.6, -0.5]),
@@ -32,9 +33,9 @@ PART = RotatingPart(
 POINTS = np.array([[0.0, 0.0, 0.0], [-11.0, 0.5, -0.8]])
 
 
-def steady(time_s: np.ndarray, hertz: float, phase: float = 0.7) -> Turning:
+def steady(time_s: np.ndarray, hertz: float, phase: float = 0.7) -> Rotation:
     omega, zero = 2.0 * np.pi * hertz, np.zeros(len(time_s))
-    return Turning(phase + omega * time_s, zero + omega, zero, zero)
+    return Rotation(phase + omega * time_s, zero + omega, zero, zero)
 
 
 def windows(values: np.ndarray, count: int) -> np.ndarray:
@@ -64,7 +65,7 @@ def test_a_speeding_rotor(hertz: float) -> None:
     def phase(t: float) -> float:
         return 0.3 + 2.0 * np.pi * hertz * t + rise * t**2 / 2.0 + jerk * t**3 / 6.0
 
-    motion = Turning(
+    motion = Rotation(
         np.array([phase(t) for t in time]),
         2.0 * np.pi * hertz + rise * time + jerk * time**2 / 2.0,
         rise + jerk * time,
@@ -80,10 +81,10 @@ def test_a_speeding_rotor(hertz: float) -> None:
 def test_a_rotor_at_rest_and_backward() -> None:
     """No speed: the value itself; turning back: the mean of the conjugate."""
     time, zero = np.linspace(0.0, 1.0, 50), np.zeros(50)
-    rest = mean_tone(Turning(zero + 0.4, zero, zero, zero), 0.01)
+    rest = mean_tone(Rotation(zero + 0.4, zero, zero, zero), 0.01)
     np.testing.assert_allclose(rest, np.exp(0.4j), rtol=1e-15)
     forward, back = (
-        mean_tone(Turning(s * 200.0 * time, s * (zero + 200.0), s * (zero + 30.0), s * (zero + 500.0)), 0.01)
+        mean_tone(Rotation(s * 200.0 * time, s * (zero + 200.0), s * (zero + 30.0), s * (zero + 500.0)), 0.01)
         for s in (1, -1)
     )
     np.testing.assert_allclose(back, forward.conj(), rtol=1e-14)
@@ -92,7 +93,7 @@ def test_a_rotor_at_rest_and_backward() -> None:
 def test_small_angles_join_the_recurrence() -> None:
     """Both forms of the Bessel functions at the speed where they meet."""
     speeds = np.array([0.4999, 0.5001]) * 2.0 / 0.01
-    motion = Turning(np.zeros(2), speeds, np.full(2, 2000.0), np.full(2, 1e5))
+    motion = Rotation(np.zeros(2), speeds, np.full(2, 2000.0), np.full(2, 1e5))
     low, high = mean_tone(motion, 0.01)
     slope = 0.0002 * 0.35  # of j0 there, the largest change
     assert abs(low - high) < slope
@@ -118,7 +119,7 @@ def test_phase_is_the_integral_of_the_logged_speed() -> None:
     logged = np.arange(-4.0, 64.0, 1.0 / 30.0)
     speed = CubicSpline(logged, 199.0 + 3.0 * np.sin(0.9 * logged))
     time = np.arange(-2.0, 60.0, 1.0 / 120.0)
-    motion = turning(time, [speed], 0.25)
+    motion = rotation_of(time, [speed], 0.25)
     exact = 0.25 + 199.0 * time + 3.0 / 0.9 * (1.0 - np.cos(0.9 * time))
     assert np.abs(motion.phase - exact).max() < 1e-5
     assert np.interp(0.0, time, motion.phase) == pytest.approx(0.25)
@@ -137,8 +138,8 @@ def test_wander_is_a_gauss_markov_process_of_its_seed() -> None:
     assert not np.any(wander(time, 0.0, 5.0, rotor_stream(3, "propeller"))(time))
 
 
-def mean_field(part: RotatingPart, motion: Turning, step_s: float, ambient_b: np.ndarray) -> np.ndarray:
-    return rotating_field(part, rotating_moment(part, motion, step_s, ambient_b), POINTS)
+def mean_field(part: ShaftDipole, motion: Rotation, step_s: float, ambient_b: np.ndarray) -> np.ndarray:
+    return SpinningDipole(part, rotating_moment(part, motion, step_s, ambient_b)).at(POINTS)
 
 
 def turned(angle: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -150,7 +151,7 @@ def test_slow_field_is_that_of_the_turned_dipole_and_steel() -> None:
     angle = np.linspace(0.0, 7.0, 40)
     zero = np.zeros(40)
     ambient = np.array([30000.0, -5000.0, 20000.0]) + 100.0 * np.sin(angle)[:, None]
-    field = mean_field(PART, Turning(angle, zero, zero, zero), 1.0 / 120.0, ambient)
+    field = mean_field(PART, Rotation(angle, zero, zero, zero), 1.0 / 120.0, ambient)
     side = np.cross(PART.axis, PART.blade)
     moment = turned(angle, PART.moment)
     for size, unit in zip(PART.polarizability, (PART.blade, side, PART.axis), strict=True):
@@ -171,13 +172,31 @@ def test_fast_field_is_the_mean_over_the_step() -> None:
     still = np.zeros(fine)
     for n, t in enumerate(time):
         angle = 0.7 + 2.0 * np.pi * 103.0 * (t + inside * step)
-        instants = mean_field(PART, Turning(angle, still, still, still), step, np.tile(ambient, (fine, 1)))
+        instants = mean_field(PART, Rotation(angle, still, still, still), step, np.tile(ambient, (fine, 1)))
         np.testing.assert_allclose(field[n], instants.mean(axis=0), atol=2e-7)
 
 
 def test_moment_along_the_axis_stays() -> None:
-    part = RotatingPart(PART.position, PART.axis, 2.0 * PART.axis, PART.blade, np.zeros(3))
+    part = ShaftDipole(PART.position, PART.axis, 2.0 * PART.axis, PART.blade, np.zeros(3))
     time = np.arange(30) / 120.0
     field = mean_field(part, steady(time, 31.7), 1.0 / 120.0, np.zeros((30, 3)))
     exact = dipole_field(part.position, part.moment, POINTS)
     np.testing.assert_allclose(field, np.broadcast_to(exact, field.shape), rtol=1e-12)
+
+
+def test_mean_over_whole_turns_is_what_long_steps_leave() -> None:
+    """Of the moment over a step of many turns: the permanent part along the axis, and the mean of the steel."""
+    time = np.arange(5) * 10.0
+    ambient = np.array([30000.0, -5000.0, 20000.0]) + 50.0 * time[:, None]
+    stepped = rotating_moment(PART, steady(time, 31.7), 10.0, ambient)
+    mean = mean_moment(PART, ambient)
+    assert np.abs(stepped - mean).max() < 2e-3 * np.abs(mean).max()
+    bare = ShaftDipole(PART.position, PART.axis, PART.moment, PART.blade, np.zeros(3))
+    np.testing.assert_allclose(mean_moment(bare, ambient), np.tile([1.5, 0.0, 0.0], (5, 1)), atol=1e-15)
+
+
+def test_moving_places_and_fixed_points_agree() -> None:
+    dipole = SpinningDipole(
+        PART, rotating_moment(PART, steady(np.arange(4) / 120.0, 31.7), 1.0 / 120.0, np.ones((4, 3)))
+    )
+    np.testing.assert_allclose(dipole.along(np.tile(POINTS, (4, 1, 1))), dipole.at(POINTS), rtol=1e-12)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from magsim.field.geometry.meshes import Surface, disc_grid, icosphere
+from magsim.field.geometry.meshes import TriangleMesh, disc_grid, icosphere
 from magsim.field.metal.eddy import reduce_to_modes, slow_limit
-from magsim.field.metal.skin.shells import ThinShells, driven_modes, phasor_streams, stream_field, time_constants
+from magsim.field.metal.skin.shells import ThinShells, driven_modes, phasor_streams, stream_field
 from magsim.units import MU0
+from tests.support.skins import time_constants
 
 RADIUS, CONDUCTANCE = 0.8, 1.74e4
 TAU_1 = MU0 * CONDUCTANCE * RADIUS / 3.0
@@ -17,10 +18,10 @@ def _sphere(subdivisions: int) -> ThinShells:
     return ThinShells(icosphere(subdivisions, RADIUS, keep="area"), CONDUCTANCE)
 
 
-def _join(*meshes: Surface) -> Surface:
+def _join(*meshes: TriangleMesh) -> TriangleMesh:
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     triangles = [mesh.triangles + start for mesh, start in zip(meshes, starts, strict=False)]
-    return Surface(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(triangles))
+    return TriangleMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(triangles))
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +86,7 @@ def test_two_concentric_shells_that_touch_nowhere() -> None:
 def test_disc_in_a_slowly_changing_field(rings: int, limit: float) -> None:
     """m = -(pi sigma t a^4 / 8) dB/dt: no current leaves through the rim."""
     flat, triangles = disc_grid(rings, RADIUS)
-    disc = ThinShells(Surface(np.column_stack([flat, np.zeros(len(flat))]), triangles), CONDUCTANCE)
+    disc = ThinShells(TriangleMesh(np.column_stack([flat, np.zeros(len(flat))]), triangles), CONDUCTANCE)
     modes = driven_modes(disc, 1)
     assert len(modes.tau_s) == 1
     moment = np.einsum("ki,kj->ij", modes.drive, modes.drive)
@@ -99,7 +100,7 @@ def test_ring_with_a_hole() -> None:
     flat, triangles = disc_grid(16, RADIUS)
     away = np.linalg.norm(flat[triangles], axis=2).max(axis=1) > 0.51 * np.linalg.norm(flat, axis=1).max()
     used, number = np.unique(triangles[away], return_inverse=True)
-    ring = Surface(np.column_stack([flat[used], np.zeros(len(used))]), number.reshape(-1, 3))
+    ring = TriangleMesh(np.column_stack([flat[used], np.zeros(len(used))]), number.reshape(-1, 3))
     shells = ThinShells(ring, CONDUCTANCE)
     rim = np.flatnonzero(np.isclose(np.linalg.norm(flat[used], axis=1), np.linalg.norm(flat[used], axis=1).min()))
     assert len(np.unique(shells.unknowns[rim])) == 1
@@ -129,7 +130,7 @@ def test_few_driven_modes_give_what_all_modes_give() -> None:
     """Eighteen modes beside the whole eigenproblem, on a body without symmetry, near it and far away."""
     mesh = icosphere(2, 1.0)
     bent = mesh.vertices * [1.6, 0.7, 0.5] + 0.1 * mesh.vertices[:, [1, 2, 0]] ** 2
-    shells = ThinShells(Surface(bent, mesh.triangles), np.linspace(1.0, 2.0, len(mesh.triangles)) * 1e4)
+    shells = ThinShells(TriangleMesh(bent, mesh.triangles), np.linspace(1.0, 2.0, len(mesh.triangles)) * 1e4)
     points = np.array([[0.1, 0.1, 0.0], [1.2, 0.0, 0.1], [3.0, 2.0, 1.0], [-4.0, 0.3, 0.2]])
     every = reduce_to_modes(shells.inductance, shells.resistance.toarray(), shells.flux, shells.field(points))
     few = driven_modes(shells, 6)

@@ -122,10 +122,10 @@ class Magnetics(Strict):
         return self
 
     def obstacle(self, place: Vector) -> str | None:
-        """What stands in the way of a sensor at a place, with what is allowed; None where nothing does.
+        """Return the obstacle to a sensor at a place, with what is allowed; None where there is none.
 
         A mesh and a point dipole mean nothing closer than their own size; there is no field inside a wire. Lofts and
-        files of triangles are known by their mesh alone; ``magsim.field.obstacles`` looks at that.
+        files of triangles are known by their mesh alone; ``magsim.field.obstacles`` checks that.
 
         Parameters
         ----------

@@ -13,7 +13,7 @@ Source = Annotated[str, Field(min_length=4, description="where the numbers come 
 
 
 def unit(value: Vector) -> Vector:
-    """A direction, if it is a unit vector.
+    """Check that a direction is a unit vector.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def unit(value: Vector) -> Vector:
 
 
 def as_tuple(value: object) -> object:
-    """A list as a tuple, for strict tuples in TOML."""
+    """Return a list as a tuple, for strict tuples in TOML."""
     return tuple(value) if isinstance(value, list) else value
 
 

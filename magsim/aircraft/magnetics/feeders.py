@@ -34,7 +34,7 @@ def _pieces(corners: tuple[Vector, ...]) -> list[tuple[Vector, Vector]]:
 
 
 def _distance_m(place: Vector, start: Vector, end: Vector) -> float:
-    """From a place to a straight piece [m]."""
+    """Return the distance from a place to a straight piece [m]."""
     along = [e - s for s, e in zip(start, end, strict=True)]
     arm = [p - s for s, p in zip(start, place, strict=True)]
     at = sum(a * b for a, b in zip(along, arm, strict=True)) / sum(a * a for a in along)
@@ -68,7 +68,7 @@ class PathBase(Strict):
         return self
 
     def clearance_m(self, place: Vector) -> float:
-        """Distance from a place to the axis of the nearest wire, mirror image included [m]."""
+        """Return the distance from a place to the axis of the nearest wire, mirror image included [m]."""
         places = [place, (place[0], -place[1], place[2])] if self.mirror else [place]
         nearest = min(_distance_m(where, *piece) for where in places for piece in self.wires)
         return nearest - self.thickness_m
@@ -95,8 +95,9 @@ class PairPath(PathBase):
     @property
     def wires(self) -> list[tuple[Vector, Vector]]:
         """Straight pieces that carry the current."""
-        back = [tuple(v + o for v, o in zip(vertex, self.offset_m, strict=True)) for vertex in self.vertices_m]
-        return [*_pieces(self.vertices_m), *_pieces(tuple(back))]
+        along = self.offset_m
+        back = tuple((x + along[0], y + along[1], z + along[2]) for x, y, z in self.vertices_m)
+        return [*_pieces(self.vertices_m), *_pieces(back)]
 
     @model_validator(mode="after")
     def _apart(self) -> "PairPath":
@@ -287,7 +288,7 @@ class Bus(Strict):
 
 
 def check_feeders(feeders: tuple[Feeder, ...], buses: tuple[Bus, ...]) -> None:
-    """Names in sums and buses must stand above.
+    """Check that sums and buses refer to feeders and buses above them in the file.
 
     Raises
     ------
@@ -318,7 +319,7 @@ def _known(where: str, names: tuple[str, ...], known: list[str], what: str) -> N
 
 
 def wire_at(place: Vector, feeders: tuple[Feeder, ...]) -> str | None:
-    """The wire that a place lies in, with what is allowed; None where there is none.
+    """Return the wire around a place, with what is allowed; None where there is none.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from magsim.config import Strict, Vector
 
 
 class FlexMode(Strict):
-    """One mode of bending of what carries a mount, as the mount feels it."""
+    """One mode of bending of the boom or bracket that carries a mount, by its effect at the mount."""
 
     direction: Vector = Field(description="unit vector: where the mount goes")
     frequency_hz: Positive
@@ -27,7 +27,7 @@ class FlexMode(Strict):
 
 
 class Mount(Strict):
-    """A place for a sensor, as it is on the parked aircraft."""
+    """A place for a sensor on the parked aircraft."""
 
     position_m: Vector
     flex: Annotated[tuple[FlexMode, ...], Field(strict=False, description="bends where field.flex is on")] = ()

@@ -11,7 +11,7 @@ class Rotor(Strict):
     """A shaft. The rotor named ``propeller`` turns as it was flown, any other one at its own speed."""
 
     axis: Vector = Field(description="unit vector; positive turning follows the right-hand rule")
-    speed_rpm: Positive = Field(description="speed where the flight does not tell it")
+    speed_rpm: Positive = Field(description="speed where the flight does not log it")
     wander_rpm: NonNegative = Field(default=0.0, description="standard deviation of what the governor lets wander")
     wander_s: Positive = Field(default=5.0, description="time in which the wandering forgets itself")
     source: Source
@@ -20,7 +20,7 @@ class Rotor(Strict):
 
 
 class RotatingDipole(Dipole):
-    """A moment on a rotor, at a point of its axis: what lies along the axis stays, what lies across it turns.
+    """A moment on a rotor, at a point of its axis: the component along the axis stays, the one across it turns.
 
     Steel on the rotor that is longer one way than the other adds the second harmonic: ``polarizability_m3`` along
     ``blade``, across it, and along the axis.
@@ -45,7 +45,7 @@ class RotatingDipole(Dipole):
 
 
 def check_rotors(rotors: dict[str, Rotor], parts: tuple[RotatingDipole, ...]) -> None:
-    """Parts must turn with a rotor that there is, and their blades lie across its axis.
+    """Check that every part refers to an existing rotor and that its blade is at right angles to the axis.
 
     Raises
     ------

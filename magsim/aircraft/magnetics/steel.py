@@ -39,13 +39,13 @@ def _across(a: Vector, b: Vector) -> Vector:
 
 
 def _to_block(arm: Vector, axes: Sequence[Vector], size: Sequence[float]) -> float:
-    """Distance from a block around the origin, negative inside."""
+    """Return the distance from a block around the origin, negative inside."""
     beyond = [abs(_dot(arm, axis)) - 0.5 * length for axis, length in zip(axes, size, strict=True)]
     return max(beyond) if max(beyond) < 0.0 else math.hypot(*(max(b, 0.0) for b in beyond))
 
 
 def _to_line(place: Vector, points: Sequence[Vector]) -> float:
-    """Distance from a line of straight pieces."""
+    """Return the distance from a line of straight pieces."""
     out = math.inf
     for start, stop in itertools.pairwise(points):
         way, arm = _subtract(stop, start), _subtract(place, start)
@@ -106,7 +106,7 @@ class SteelPart(Strict):
         return 0.0
 
     def clearance_m(self, place: Vector) -> float:
-        """Distance from a place to the nearest metal [m], negative inside; infinite where only its mesh knows."""
+        """Return the distance to the nearest metal [m], negative inside; infinite where only a mesh knows."""
         x, y, z = place
         return min(self._distance_m(place), self._distance_m((x, -y, z))) if self.mirror else self._distance_m(place)
 

@@ -30,7 +30,7 @@ CHUNK = 256
 
 
 @dataclass(frozen=True)
-class Modes:
+class CrustModes:
     """Plane modes of a field above the plane ``h = 0``.
 
     Attributes
@@ -53,7 +53,7 @@ class Modes:
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
     def field(self, place_n: np.ndarray) -> np.ndarray:
-        """The field.
+        """Return the field.
 
         Parameters
         ----------
@@ -65,26 +65,9 @@ class Modes:
         (n, 3) [nT]
             Along the same straight axes.
         """
-        return self._sum(place_n, gradient=False)[:, :3]
-
-    def field_and_gradient(self, place_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The field, (n, 3) [nT], and its derivatives ``[j, k] = dB_j / dx_k``, (n, 3, 3) [nT/m]."""
-        table = self._sum(place_n, gradient=True)
-        gradient = np.empty((len(table), 3, 3))
-        for column, (j, k) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)), start=3):
-            gradient[:, j, k] = gradient[:, k, j] = table[:, column]
-        return table[:, :3], gradient
-
-    def _sum(self, place_n: np.ndarray, *, gradient: bool) -> np.ndarray:
         k, (un, ue) = self.wavenumber, self.direction.T
-        sine, cosine = [un, ue], [-np.ones_like(k)]
-        if gradient:
-            sine += [k * un, k * ue]
-            cosine += [k * un * un, k * un * ue, k * ue * ue, -k]
-        by_sine, by_cosine = np.stack(sine), np.stack(cosine)
-        # Entries of the answer in the rows of the two tables: the field, then nn, ne, nd, ee, ed, dd.
-        order = [0, 1, 4, 5, 6, 2, 7, 3, 8] if gradient else [0, 1, 2]
-        out = np.empty((len(place_n), len(order)))
+        by_sine, by_cosine = np.stack([un, ue]), -np.ones_like(k)[None]
+        out = np.empty((len(place_n), 3))
         for start in range(0, len(out), CHUNK):
             north, east, down = np.asarray(place_n[start : start + CHUNK], dtype=float).T[:, :, None]
             size = self.amplitude_nt * np.exp(k * down)
@@ -96,11 +79,11 @@ class Modes:
                     np.einsum("nk,ck->cn", size * np.cos(angle), by_cosine),
                 ]
             )
-            out[start : start + CHUNK] = sums[order].T
+            out[start : start + CHUNK] = sums.T
         return out
 
     def steepest(self, height_m: np.ndarray, order: int) -> np.ndarray:
-        """Bound of the derivative of some order along any line at some heights, (n,) [nT/m^order]."""
+        """Return a bound of the derivative of some order along any line at some heights, (n,) [nT/m^order]."""
         # The bound falls and is convex, so straight lines between a few heights lie above it.
         grid = np.linspace(np.min(height_m), np.max(height_m), 100)
         size = self.amplitude_nt * self.wavenumber**order
@@ -116,7 +99,7 @@ def draw_modes(
     depth_m: float,
     rms_nt: float,
     count: int,
-) -> Modes:
+) -> CrustModes:
     """Draw modes with a power-law spectrum.
 
     Parameters
@@ -135,13 +118,13 @@ def draw_modes(
 
     Returns
     -------
-    Modes
+    CrustModes
     """
     edges = np.linspace(np.log(2.0 * np.pi / longest_m), np.log(2.0 * np.pi / shortest_m), count + 1)
     k = np.exp(edges[:-1] + random.random(count) * np.diff(edges))
     power = k ** (1.0 - exponent) * np.diff(np.exp(edges)) * np.exp(-2.0 * depth_m * (k - k[0]))
     angle = 2.0 * np.pi * random.random(count)
-    return Modes(
+    return CrustModes(
         wavenumber=k,
         direction=np.column_stack([np.cos(angle), np.sin(angle)]),
         amplitude_nt=np.sqrt(2.0 * power / power.sum()) * rms_nt,
@@ -157,23 +140,23 @@ class CrustField:
     ----------
     frame : LocalFrame
         Axes at the start point, origin on the plane ``h = 0``.
-    modes : Modes
+    modes : CrustModes
     """
 
     frame: LocalFrame
-    modes: Modes
+    modes: CrustModes
 
     def field_e(self, position_e: np.ndarray) -> np.ndarray:
-        """The field at Earth-fixed positions, (n, 3) [nT] along Earth-fixed axes."""
+        """Return the field at Earth-fixed positions, (n, 3) [nT] along Earth-fixed axes."""
         return self.frame.to_earth(self.modes.field(self.frame.place(position_e)))
 
     def height(self, position_e: np.ndarray) -> np.ndarray:
-        """Height [m] of Earth-fixed positions above the plane ``h = 0``, (n,)."""
+        """Return the height [m] of Earth-fixed positions above the plane ``h = 0``, (n,)."""
         return -self.frame.place(position_e)[..., 2]
 
 
 def crust_of(scenario: Scenario, ground: Ground | None) -> CrustField:
-    """The crustal field that a scenario asks for.
+    """Return the crustal field of a scenario.
 
     The plane ``h = 0`` touches the height ``field.crust.plane_m`` over the start point; without that key the ground
     there, or the ellipsoid where the scenario has no ground.
@@ -197,7 +180,7 @@ def crust_of(scenario: Scenario, ground: Ground | None) -> CrustField:
 
 
 def crust(situation: Situation) -> np.ndarray:
-    """The crustal field in body axes, (n, s + 1, 3) [nT]: evaluated at each mount's own path.
+    """Return the crustal field in body axes, evaluated along each mount's own path, (n, s + 1, 3) [nT].
 
     Raises
     ------

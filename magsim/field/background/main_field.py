@@ -22,7 +22,7 @@ At 75 m/s a knot every 10 m: the field follows the path, 0.02 nT a meter, not th
 
 
 def years_of(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
-    """Decimal years of times counted from row 0, (n,).
+    """Return the decimal years of times counted from row 0, (n,).
 
     Raises
     ------
@@ -45,7 +45,7 @@ def years_of(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
 def earth_along(
     scenario: Scenario, carrier: Trajectory, time_s: np.ndarray, *, knot_hz: float = KNOT_HZ
 ) -> tuple[np.ndarray, np.ndarray]:
-    """IGRF-14 at the reference point of the carrier, by cubic splines through few knots of paired place and time.
+    """Return IGRF-14 at the carrier's reference point, by cubic splines through few knots of place and time.
 
     Parameters
     ----------
@@ -81,20 +81,20 @@ def earth_along(
 
 
 def _turned(angle_rad: np.ndarray, field_n: np.ndarray, gradient_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Field and gradient in horizontal directions that are turned clockwise: grid directions near the poles."""
+    """Return field and gradient in horizontal directions turned clockwise: grid directions near the poles."""
     rot = rot_level(angle_rad)
     return rotate(rot, field_n), np.einsum("nij,njk,nlk->nil", rot, gradient_n, rot)
 
 
 def earth_at_start(scenario: Scenario) -> np.ndarray:
-    """IGRF-14 at the start point and time, (3,) [nT] north, east, down."""
+    """Return IGRF-14 at the start point and time, (3,) [nT] north, east, down."""
     start = scenario.start
     place = np.radians([start.lat_deg]), np.radians([start.lon_deg]), np.array([start.alt_m])
-    return np.asarray(igrf(*place, np.array([decimal_year(start.time_utc)])))[0]
+    return igrf(*place, np.array([decimal_year(start.time_utc)]))[0]
 
 
 def earth(situation: Situation) -> np.ndarray:
-    """The main field in body axes, (n, s + 1, 3) [nT]: by its gradient at each mount, and at the reference point."""
+    """Return the main field in body axes, by its gradient at each mount, (n, s + 1, 3) [nT]."""
     scenario, rot_nb, arms_b = situation.scenario, situation.rot_nb, situation.arms_b
     if not scenario.field.earth.along_path:
         field_b = rotate_back(rot_nb, earth_at_start(scenario))

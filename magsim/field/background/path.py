@@ -25,12 +25,12 @@ LEAST_HZ = 10.0
 """Fewest knots a second."""
 
 SURVEY_HZ = 10.0
-"""Rate at which a path is looked at before knots are set."""
+"""Rate at which a path is sampled before knots are set."""
 
 
 @dataclass(frozen=True)
 class Knots:
-    """A path that is looked at.
+    """A path sampled for the spacing of knots.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ Bounds = Callable[[Knots], tuple[np.ndarray, np.ndarray]]
 
 
 def positions_along(path: Trajectory, arms_b: np.ndarray) -> np.ndarray:
-    """Earth-fixed positions of points of a body, (n, s, 3) [m].
+    """Return the Earth-fixed positions of points of a body, (n, s, 3) [m].
 
     Parameters
     ----------
@@ -70,28 +70,28 @@ def positions_along(path: Trajectory, arms_b: np.ndarray) -> np.ndarray:
 
 
 def longest(arms_b: np.ndarray) -> float:
-    """Length of the longest of some arms [m]."""
+    """Return the length of the longest of some arms [m]."""
     return float(np.sqrt(np.einsum("si,si->s", arms_b, arms_b)).max())
 
 
-def looked_at(path: Trajectory) -> Knots:
-    """What is seen of a path before knots are set."""
+def sampled(path: Trajectory) -> Knots:
+    """Return what the spacing of knots is computed from."""
     center_e = ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m)
     return Knots(path.time_s, center_e, np.sqrt(np.einsum("ni,ni->n", path.velocity_n, path.velocity_n)))
 
 
 def knots_of(carrier: Trajectory, arm_m: float, time_s: np.ndarray, bounds: Bounds) -> np.ndarray:
-    """Times of the knots from the first to the last sample, (k,) [s].
+    """Return the times of the knots from the first to the last sample, (k,) [s].
 
     A cubic spline misses h^4 / 384 of the fourth time derivative. The path makes one of the speed, and a mount on an
     arm makes one of the swings of the attitude.
     """
     survey = np.linspace(time_s[0], time_s[-1], max(8, int((time_s[-1] - time_s[0]) * SURVEY_HZ)))
-    seen = looked_at(carrier.at(survey))
-    first, fourth = bounds(seen)
-    curved = fourth * seen.speed_mps**4 + first * arm_m * SWING_RAD_S4
+    sampled_path = sampled(carrier.at(survey))
+    first, fourth = bounds(sampled_path)
+    curved = fourth * sampled_path.speed_mps**4 + first * arm_m * SWING_RAD_S4
     rate = np.maximum((curved / (384.0 * TOLERANCE_NT)) ** 0.25, LEAST_HZ)
-    # Between two looks the larger of both rates holds.
+    # Between two samples the larger of both rates holds.
     steps = np.maximum(rate[1:], rate[:-1]) * np.diff(survey)
     count = np.concatenate([[0.0], np.cumsum(steps)])
     whole = max(8, int(np.ceil(count[-1])))
@@ -101,7 +101,7 @@ def knots_of(carrier: Trajectory, arm_m: float, time_s: np.ndarray, bounds: Boun
 def along_path(
     carrier: Trajectory, arms_b: np.ndarray, time_s: np.ndarray, field_e: FieldE, bounds: Bounds
 ) -> np.ndarray:
-    """A field at several points of a body along its path.
+    """Return a field at several points of a body along its path.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def along_path(
 
 
 def in_body(situation: Situation, field_e: np.ndarray) -> np.ndarray:
-    """Fields along Earth-fixed axes at the samples of a flight, (n, s, 3) [nT], as seen in body axes."""
+    """Return Earth-fixed fields at the samples of a flight, (n, s, 3) [nT], in body axes."""
     rot_ne = rot_ne_at(situation.motion.lat_rad, situation.motion.lon_rad)
     rot_be = np.einsum("nij,nik->njk", situation.rot_nb, rot_ne)
     return rotate(rot_be[:, None], field_e)

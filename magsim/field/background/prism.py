@@ -9,17 +9,17 @@ TINY_M = 1e-200
 
 
 def _arctangent(y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """``arctan(y / x)``, also where x is zero."""
+    """Return ``arctan(y / x)``, also where x is zero."""
     return np.copysign(1.0, x) * np.arctan2(y, np.abs(x))
 
 
 def _log(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """``log(z + r)`` less the logarithm of the distance from the z axis; on the axis that distance is taken as tiny."""
+    """Return ``log(z + r)`` less the logarithm of the distance from the z axis, which is tiny on the axis."""
     return np.arcsinh(z / np.maximum(np.hypot(x, y), TINY_M))
 
 
 def prism_field(half_size: np.ndarray, magnetization: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Flux density outside a rectangular prism.
+    """Return the flux density outside a rectangular prism.
 
     The second derivatives of the integral of 1/r over the prism, summed over its eight corners
     (Bhattacharyya 1964, Geophysics 29, 517). The logarithms are written as inverse hyperbolic sines: what that leaves

@@ -13,7 +13,7 @@ from magsim.terrain import Ground
 
 
 def station_field(station: BaseStation, scenario: Scenario, ground: Ground | None, time_s: np.ndarray) -> np.ndarray:
-    """The background at a base station: main field, crust, targets and variation there.
+    """Return the background at a base station: main field, crust, targets and variation.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def station_field(station: BaseStation, scenario: Scenario, ground: Ground | Non
     lat, lon = geodetic_of(station, scenario.start)
     frame = LocalFrame(lat, lon, ground_height(ground, lat, lon) + station.height_m)
     ends = years_of(scenario, time_s[[0, -1]])
-    main = np.asarray(igrf(lat, lon, frame.alt_m, ends))
+    main = igrf(lat, lon, frame.alt_m, ends)
     share = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
     # The model is linear in time; over the hours of a flight a straight line is exact but for a change of epoch.
     field_n = main[0] + share[:, None] * (main[1] - main[0])
@@ -45,7 +45,7 @@ def station_field(station: BaseStation, scenario: Scenario, ground: Ground | Non
 
 
 def constant_n(station: BaseStation, scenario: Scenario, ground: Ground | None, frame: LocalFrame) -> np.ndarray:
-    """What the ground adds there, (3,) [nT] north, east, down."""
+    """Return the field of crust and targets at the station, (3,) [nT] north, east, down."""
     place_e, field_e = frame.origin_e[None], np.zeros((1, 3))
     where = f"sensors.base: the station {station.name!r}"
     if scenario.field.is_on("crust"):

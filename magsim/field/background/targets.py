@@ -1,6 +1,6 @@
 """Magnetic bodies in the ground: dipoles, spheres, prisms, each with its known field.
 
-A body is told in straight north-east-down axes at its own center. It is magnetized by the main field there at the
+A body is described in straight north-east-down axes at its own center. It is magnetized by the main field there at the
 start of the flight, and by what it remembers.
 """
 
@@ -49,11 +49,11 @@ class Source:
     kind: str
 
     def own(self, position_e: np.ndarray) -> np.ndarray:
-        """Earth-fixed positions in the body's own axes from its center, (..., 3) [m]."""
+        """Return the Earth-fixed positions in the body's own axes from its center, (..., 3) [m]."""
         return np.einsum("ij,...i->...j", self.turn, self.frame.place(position_e))
 
     def field_e(self, position_e: np.ndarray) -> np.ndarray:
-        """The body's field at Earth-fixed positions, (n, 3) [nT] along Earth-fixed axes."""
+        """Return the body's field at Earth-fixed positions, (n, 3) [nT] along Earth-fixed axes."""
         points = self.own(position_e)
         if self.kind == "prism":
             field = prism_field(self.half_size, self.moment_am2 / (8.0 * np.prod(self.half_size)), points)
@@ -62,7 +62,7 @@ class Source:
         return self.frame.to_earth(np.einsum("ij,...j->...i", self.turn, field))
 
     def distance(self, position_e: np.ndarray) -> np.ndarray:
-        """Distance [m] of Earth-fixed positions from the body's surface, (...); 0 or less inside."""
+        """Return the distance [m] of Earth-fixed positions from the body's surface, (...); 0 or less inside."""
         points = self.own(position_e)
         if self.kind == "prism":
             beyond = np.abs(points) - self.half_size
@@ -71,7 +71,7 @@ class Source:
         return np.sqrt(np.einsum("...i,...i->...", points, points)) - self.half_size[0]
 
     def strongest_nt(self, distance_m: np.ndarray) -> np.ndarray:
-        """Bound of the field [nT] at a distance from the surface."""
+        """Return a bound of the field [nT] at a distance from the surface."""
         moment = float(np.sqrt(np.sum(self.moment_am2**2)))
         far = 2.0 * SCALE * moment / np.maximum(distance_m, 1e-3) ** 3
         if self.kind == "prism":
@@ -80,7 +80,7 @@ class Source:
 
 
 def geodetic_of(place: GroundPoint, start: Start) -> tuple[float, float]:
-    """Latitude and longitude [rad] of a place; of the start point where the place is not told."""
+    """Return latitude and longitude of a place [rad]; those of the start point where it gives none."""
     if place.lat_deg is not None and place.lon_deg is not None:
         return math.radians(place.lat_deg), math.radians(place.lon_deg)
     plane = TangentPlane(math.radians(start.lat_deg), math.radians(start.lon_deg))
@@ -89,12 +89,12 @@ def geodetic_of(place: GroundPoint, start: Start) -> tuple[float, float]:
 
 
 def ground_height(ground: Ground | None, lat_rad: float, lon_rad: float) -> float:
-    """Height of the ground above the ellipsoid [m]; 0 where a scenario has no ground."""
+    """Return the height of the ground above the ellipsoid [m]; 0 where a scenario has no ground."""
     return 0.0 if ground is None else float(ground.height(np.array(lat_rad), np.array(lon_rad)))
 
 
 def source_of(target: Target, scenario: Scenario, ground: Ground | None) -> Source:
-    """A body of a scenario as a source.
+    """Return a target of a scenario as a source.
 
     A sphere's magnetization is ``chi H / (1 + chi / 3) + remanence`` (Jackson, Classical Electrodynamics, section
     5.11), a prism's ``chi H + remanence``, with H the main field at the center at the start of the flight.
@@ -105,7 +105,7 @@ def source_of(target: Target, scenario: Scenario, ground: Ground | None) -> Sour
     turn = np.eye(3)
     if isinstance(target, DipoleTarget):
         return Source(target.name, frame, np.full(3, NEAREST_M), turn, np.array(target.moment_am2), "dipole")
-    main_n = np.asarray(igrf(lat, lon, alt, decimal_year(scenario.start.time_utc)))
+    main_n = igrf(lat, lon, alt, decimal_year(scenario.start.time_utc))
     strength = main_n / (MU0 * NT_PER_T)
     chi, remanence = target.susceptibility, np.array(target.remanence_apm)
     if isinstance(target, SphereTarget):
@@ -120,12 +120,12 @@ def source_of(target: Target, scenario: Scenario, ground: Ground | None) -> Sour
 
 
 def sources_of(scenario: Scenario, ground: Ground | None) -> tuple[Source, ...]:
-    """All bodies of a scenario."""
+    """Return all targets of a scenario as sources."""
     return tuple(source_of(target, scenario, ground) for target in scenario.field.targets)
 
 
 def bounds_of(source: Source, arm_m: float) -> Bounds:
-    """Bounds of the derivatives of a body's field within an arm's length of a path.
+    """Return bounds of the derivatives of a body's field within an arm's length of a path.
 
     Along a line at distance d a dipole's field has derivatives below ``4 B / d`` and ``360 B / d^4``; that of a prism
     falls less steeply.
@@ -140,7 +140,7 @@ def bounds_of(source: Source, arm_m: float) -> Bounds:
 
 
 def target(situation: Situation) -> np.ndarray:
-    """The field of all bodies in body axes, (n, s + 1, 3) [nT]: evaluated at each mount's own path.
+    """Return the field of all targets in body axes, along each mount's own path, (n, s + 1, 3) [nT].
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """The field that changes with time: daily variation, pulsations, drift; the same vector at every place of a survey.
 
-It is told along north, east and down at the start point. The classes of pulsations are those of Jacobs et al. (1964,
+It is given along north, east and down at the start point. The classes of pulsations are those of Jacobs et al. (1964,
 Journal of Geophysical Research 69, 180); sizes are quiet values at middle latitudes (estimates).
 """
 
@@ -58,7 +58,7 @@ CLASSES = (
 
 
 def daily(range_nt: tuple[float, float, float], hour: np.ndarray) -> np.ndarray:
-    """Daily variation.
+    """Return the daily variation.
 
     Four waves about local noon: north and down are lowest at noon, east is high in the morning and low in the
     afternoon, as at middle northern latitudes.
@@ -104,7 +104,7 @@ class Packet:
     phase: np.ndarray
 
     def at(self, time_s: np.ndarray) -> np.ndarray:
-        """The packet, (n, 3) [nT]."""
+        """Return the packet, (n, 3) [nT]."""
         since = time_s - self.center_s
         envelope = np.exp(-0.5 * (since / self.width_s) ** 2)
         wave = np.cos(2.0 * np.pi * self.frequency_hz * since[:, None] + self.phase)
@@ -112,11 +112,12 @@ class Packet:
 
 
 def draw_packets(random: np.random.Generator, kind: PulsationClass, largest_nt: float, until_s: float) -> list[Packet]:
-    """Packets of one class in order of time, at random times, up to well after the last sample.
+    """Return the packets of one class in order of time, at random times, up to well after the last sample.
 
     A flight that lasts longer has the same packets and more of them.
     """
-    packets, center = [], -BEFORE_S
+    packets: list[Packet] = []
+    center = -BEFORE_S
     while True:
         center += float(random.exponential(kind.every_s))
         size, span = random.uniform(0.2, 1.0), random.uniform(1.0, 3.0)
@@ -128,7 +129,7 @@ def draw_packets(random: np.random.Generator, kind: PulsationClass, largest_nt: 
 
 
 def pulsations(settings: Variation, seed: int, time_s: np.ndarray) -> np.ndarray:
-    """All packets at some times in order, (n, 3) [nT]."""
+    """Return all packets at some times in order, (n, 3) [nT]."""
     out = np.zeros((len(time_s), 3))
     for kind in CLASSES:
         largest = getattr(settings, f"{kind.name}_nt")
@@ -140,14 +141,14 @@ def pulsations(settings: Variation, seed: int, time_s: np.ndarray) -> np.ndarray
 
 
 def local_hour(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
-    """Mean solar time at the start point's longitude [h], (n,)."""
+    """Return the mean solar time at the start point's longitude [h], (n,)."""
     start = scenario.start.time_utc.astimezone(UTC)
     utc_h = start.hour + start.minute / 60.0 + (start.second + start.microsecond * 1e-6) / 3600.0
     return utc_h + scenario.start.lon_deg / 15.0 + np.asarray(time_s) / 3600.0
 
 
 def variation_n(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
-    """The variation at evenly spaced times, (n, 3) [nT] north, east, down at the start point; zero where it is off.
+    """Return the variation at evenly spaced times, (n, 3) [nT] along axes of the start point; zero where it is off.
 
     The drift is an exact Gauss-Markov process on these times, begun in its stationary state.
     """
@@ -164,13 +165,13 @@ def variation_n(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
 
 
 def variation_e(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
-    """The same, (n, 3) [nT] along Earth-fixed axes: one vector in space wherever it is felt."""
+    """Return ``variation_n`` along Earth-fixed axes, (n, 3) [nT]: the same vector at every place."""
     start = scenario.start
     rot_ne = rot_ne_at(np.radians(start.lat_deg), np.radians(start.lon_deg))
     return np.einsum("ij,ni->nj", rot_ne, variation_n(scenario, time_s))
 
 
 def variation(situation: Situation) -> np.ndarray:
-    """The variation in body axes, (n, s + 1, 3) [nT]: the same vector at every mount."""
+    """Return the variation in body axes, the same vector at every mount, (n, s + 1, 3) [nT]."""
     field_e = variation_e(situation.scenario, situation.time_s)
     return np.repeat(in_body(situation, field_e[:, None, :]), len(situation.arms_b), axis=1)

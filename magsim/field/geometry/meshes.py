@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 import trimesh
@@ -10,8 +11,9 @@ FLAT = 1e-9
 """Volume of a cell over the cube of its longest edge below which it counts as flat."""
 
 
+@final
 @dataclass(frozen=True)
-class Surface:
+class TriangleMesh:
     """A triangle mesh.
 
     Attributes
@@ -42,8 +44,8 @@ class Tetrahedra:
     layer: np.ndarray
 
 
-def box_surface(center: Sequence[float], size: Sequence[float], element: float) -> Surface:
-    """Closed box of right triangles whose legs are at most ``element`` [m]."""
+def box_surface(center: Sequence[float], size: Sequence[float], element: float) -> TriangleMesh:
+    """Return a closed box of right triangles whose legs are at most ``element`` [m]."""
     counts = [max(1, int(np.ceil(length / element - 1e-9))) for length in size]
     vertices, triangles, start = [], [], 0
     for axis in range(3):
@@ -62,11 +64,11 @@ def box_surface(center: Sequence[float], size: Sequence[float], element: float) 
             start += number.size
     mesh = trimesh.Trimesh(np.concatenate(vertices), np.concatenate(triangles), process=False)
     mesh.merge_vertices()
-    return Surface(np.asarray(mesh.vertices) + np.asarray(center, dtype=float), np.asarray(mesh.faces))
+    return TriangleMesh(np.asarray(mesh.vertices) + np.asarray(center, dtype=float), np.asarray(mesh.faces))
 
 
-def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> Surface:
-    """Sphere of ``20 * 4**subdivisions`` triangles.
+def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> TriangleMesh:
+    """Return a sphere of ``20 * 4**subdivisions`` triangles.
 
     Parameters
     ----------
@@ -81,11 +83,11 @@ def icosphere(subdivisions: int, radius: float, *, keep: str = "radius") -> Surf
         "area": np.sqrt(4.0 * np.pi / mesh.area),
         "volume": np.cbrt(4.0 / 3.0 * np.pi / mesh.volume),
     }[keep]
-    return Surface(np.asarray(mesh.vertices) * (radius * factor), np.asarray(mesh.faces))
+    return TriangleMesh(np.asarray(mesh.vertices) * (radius * factor), np.asarray(mesh.faces))
 
 
 def extrude(sections: np.ndarray, triangles: np.ndarray) -> Tetrahedra:
-    """Solid between sections of the same triangulation; each prism is cut into three tetrahedra.
+    """Return the solid between sections of the same triangulation; each prism is cut into three tetrahedra.
 
     The corners of a triangle are sorted by number first, so that neighbors cut their common face alike.
 
@@ -110,7 +112,7 @@ def extrude(sections: np.ndarray, triangles: np.ndarray) -> Tetrahedra:
 
 
 def boundary(mesh: Tetrahedra) -> np.ndarray:
-    """Triangles around a solid, outward, (t, 3) int.
+    """Return the triangles around a solid, outward, (t, 3) int.
 
     Raises
     ------
@@ -138,7 +140,7 @@ def boundary(mesh: Tetrahedra) -> np.ndarray:
 
 
 def disc_grid(rings: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Disc in the plane as rings of 6, 12, 18 ... points around a center, scaled to the exact area.
+    """Return a disc as rings of 6, 12, 18 ... points around a center, scaled to the exact area.
 
     Returns
     -------
@@ -169,7 +171,7 @@ def disc_grid(rings: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
 def cylinder(
     center: Sequence[float], axis: Sequence[float], *, radius: float, length: float, rings: int, layers: int
 ) -> Tetrahedra:
-    """Solid cylinder of the exact volume: ``rings`` elements along the radius, ``layers`` along the axis."""
+    """Return a solid cylinder of the exact volume: ``rings`` elements along the radius, ``layers`` along the axis."""
     along = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     helper = np.eye(3)[np.argmin(np.abs(along))]
     first = np.cross(along, helper)
@@ -183,7 +185,7 @@ def cylinder(
 
 
 def ball(subdivisions: int, radii: Sequence[float]) -> Tetrahedra:
-    """Solid sphere of nested icospheres, each scaled to its exact volume, and cells that meet in the center.
+    """Return a solid sphere of nested icospheres of exact volume, with cells that meet in the center.
 
     Parameters
     ----------
@@ -194,15 +196,12 @@ def ball(subdivisions: int, radii: Sequence[float]) -> Tetrahedra:
     """
     shell = icosphere(subdivisions, 1.0, keep="volume")
     sections = np.stack([shell.vertices * radius for radius in radii])
-    hull = extrude(sections, shell.triangles) if len(radii) > 1 else Tetrahedra(sections[0], np.empty((0, 4), int), [])
+    hull = (
+        extrude(sections, shell.triangles)
+        if len(radii) > 1
+        else Tetrahedra(sections[0], np.empty((0, 4), int), np.empty(0, int))
+    )
     center = len(hull.vertices)
     core = np.column_stack([shell.triangles, np.full(len(shell.triangles), center)])
     layer = np.concatenate([np.zeros(len(core), dtype=int), np.asarray(hull.layer, dtype=int) + 1])
     return Tetrahedra(np.vstack([hull.vertices, np.zeros(3)]), np.concatenate([core, hull.cells]), layer)
-
-
-def shell_solid(subdivisions: int, inner: float, outer: float, layers: int = 1) -> Tetrahedra:
-    """Thick spherical shell; each spherical section is scaled to its exact volume."""
-    shell = icosphere(subdivisions, 1.0, keep="volume")
-    radii = np.linspace(inner, outer, layers + 1)
-    return extrude(np.stack([shell.vertices * radius for radius in radii]), shell.triangles)

@@ -6,7 +6,7 @@ import logging
 import numpy as np
 import trimesh
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 
 MAX_TRIANGLES = 6000
 """Most triangles of a file: the cost grows with their cube."""
@@ -15,8 +15,8 @@ STRUCTURAL = np.array([-1.0, 1.0, -1.0])
 """From aft, right, up to forward, right, down."""
 
 
-def read_surface(content: bytes, kind: str) -> Surface:
-    """Triangles of a file, with equal corners made one.
+def read_surface(content: bytes, kind: str) -> TriangleMesh:
+    """Read the triangles of a file and merge equal corners.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def read_surface(content: bytes, kind: str) -> Surface:
 
     Returns
     -------
-    Surface
+    TriangleMesh
         In units and axes of the file.
 
     Raises
@@ -37,9 +37,7 @@ def read_surface(content: bytes, kind: str) -> Surface:
     logger = logging.getLogger("trimesh")
     silent, logger.disabled = logger.disabled, True
     try:
-        mesh = trimesh.load(
-            io.BytesIO(content), file_type=kind, force="mesh", process=False, resolver=None, skip_materials=True
-        )
+        mesh = trimesh.load_mesh(io.BytesIO(content), file_type=kind, process=False, resolver=None, skip_materials=True)
         vertices, triangles = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=int)
     except Exception as error:  # whatever the reader stumbles over, the file is the reason
         reason = (str(error).splitlines() or [type(error).__name__])[0][:200]
@@ -59,17 +57,17 @@ def read_surface(content: bytes, kind: str) -> Surface:
     return _joined(vertices, triangles)
 
 
-def _joined(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
-    """Corners at the same place made one: an STL file repeats them, and rounds them to single precision."""
+def _joined(vertices: np.ndarray, triangles: np.ndarray) -> TriangleMesh:
+    """Merge corners at the same place: an STL file repeats them, rounded to single precision."""
     used = vertices[np.unique(triangles)]
     step = 1e-6 * float(np.ptp(used, axis=0).max())
     grid = np.rint((vertices - used.min(axis=0)) / step) if step > 0.0 else np.zeros_like(vertices)
     _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     kept, renumbered = np.unique(number.ravel()[triangles], return_inverse=True)
-    return Surface(vertices[first[kept]], renumbered.reshape(-1, 3))
+    return TriangleMesh(vertices[first[kept]], renumbered.reshape(-1, 3))
 
 
-def placed(surface: Surface, *, unit_m: float, structural: bool, position: np.ndarray) -> Surface:
-    """The surface in meters and body axes."""
+def placed(surface: TriangleMesh, *, unit_m: float, structural: bool, position: np.ndarray) -> TriangleMesh:
+    """Return the surface in meters and body axes."""
     turned = surface.vertices * (STRUCTURAL if structural else 1.0)
-    return Surface(turned * unit_m + position, surface.triangles)
+    return TriangleMesh(turned * unit_m + position, surface.triangles)

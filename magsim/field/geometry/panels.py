@@ -24,7 +24,7 @@ RULE_3 = (np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0, np.full(3, 1.0 / 3.
 
 
 def _rule_7() -> tuple[np.ndarray, np.ndarray]:
-    """Barycentric points and weights of the 7-point rule of degree 5 (J. Radon, 1948)."""
+    """Return the barycentric points and weights of the 7-point rule of degree 5 (J. Radon, 1948)."""
     root = np.sqrt(15.0)
     points, weights = [[1 / 3, 1 / 3, 1 / 3]], [9 / 40]
     for sign in (1.0, -1.0):
@@ -36,7 +36,7 @@ def _rule_7() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _composite(rule: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """The same rule on each of the four triangles between corners and edge midpoints."""
+    """Return the same rule on each of the four triangles between corners and edge midpoints."""
     corners, half = np.eye(3), (np.eye(3) + np.roll(np.eye(3), 1, axis=1)) / 2.0
     parts = [
         np.array([corners[0], half[0], half[2]]),
@@ -101,14 +101,14 @@ class Panels:
         return self.corners.mean(axis=1)
 
     def take(self, rows: np.ndarray) -> "Panels":
-        """Some of the triangles, in the given order, with what is already known about them."""
+        """Return some of the triangles, in the given order, with the quantities already computed."""
         out = Panels(self.corners[rows])
         for name in ("lengths", "areas", "normals", "edge_normals"):
             out.__dict__[name] = getattr(self, name)[rows]
         return out
 
     def points(self, barycentric: np.ndarray) -> np.ndarray:
-        """Points with the given barycentric coordinates (q, 3) on each triangle, (t, q, 3) [m]."""
+        """Return the points with the given barycentric coordinates (q, 3) on each triangle, (t, q, 3) [m]."""
         return np.einsum("qc,tcx->tqx", barycentric, self.corners)
 
 
@@ -126,7 +126,7 @@ class _Seen:
 
 
 def _see(panels: Panels, points: np.ndarray) -> _Seen:
-    """View triangles from points of shape (p, t, 3) or (p, 1, 3)."""
+    """Compute the quantities of triangles as seen from points of shape (p, t, 3) or (p, 1, 3)."""
     rays = points[..., None, :] - panels.corners
     dist = np.sqrt(np.einsum("...x,...x->...", rays, rays))
     following = np.roll(dist, -1, axis=-1)
@@ -152,7 +152,7 @@ def _potential(panels: Panels, points: np.ndarray) -> np.ndarray:
 
 
 def potential(panels: Panels, points: np.ndarray) -> np.ndarray:
-    """Integrals of 1/r over each triangle.
+    """Return the integrals of 1/r over each triangle.
 
     Parameters
     ----------
@@ -168,24 +168,24 @@ def potential(panels: Panels, points: np.ndarray) -> np.ndarray:
 
 
 def solid_angle(panels: Panels, points: np.ndarray) -> np.ndarray:
-    """Solid angles of the triangles, (p, t); positive on the side of the normal."""
+    """Return the solid angles of the triangles, (p, t); positive on the side of the normal."""
     return _see(panels, np.asarray(points, dtype=float)[:, None, :]).solid
 
 
 def gradient(panels: Panels, points: np.ndarray) -> np.ndarray:
-    """Gradients of ``potential`` with respect to the points, (p, t, 3)."""
+    """Return the gradients of ``potential`` with respect to the points, (p, t, 3)."""
     seen = _see(panels, np.asarray(points, dtype=float)[:, None, :])
     return -seen.solid[..., None] * panels.normals - np.einsum("...i,...ix->...x", seen.logs, panels.edge_normals)
 
 
 def hat_slopes(panels: Panels) -> np.ndarray:
-    """Slopes of the three linear functions that are 1 at one corner and 0 at the others, (t, 3, 3) [1/m]."""
+    """Return the slopes of the three linear functions that are 1 at one corner and 0 at the others, (t, 3, 3) [1/m]."""
     opposite = np.roll(panels.corners, -2, axis=1) - np.roll(panels.corners, -1, axis=1)
     return np.cross(panels.normals[:, None, :], opposite) / (2.0 * panels.areas[:, None, None])
 
 
 def double_layer(panels: Panels, points: np.ndarray) -> np.ndarray:
-    """Integrals of ``w_j n.(x - y) / |x - y|^3`` over each triangle, for the three hat functions ``w_j``.
+    """Return the integrals of ``w_j n.(x - y) / |x - y|^3`` over each triangle, for the three hat functions ``w_j``.
 
     A hat function is its value under the point, times the solid angle, and a slope, times the integral of the ray.
 
@@ -210,7 +210,7 @@ def double_layer(panels: Panels, points: np.ndarray) -> np.ndarray:
 
 
 def hessian(panels: Panels, points: np.ndarray) -> np.ndarray:
-    """Second derivatives of ``potential``, (p, t, 3, 3) [1/m]; symmetric and free of trace outside the triangle."""
+    """Return second derivatives of ``potential``, (p, t, 3, 3) [1/m]; symmetric, free of trace off the triangle."""
     seen = _see(panels, np.asarray(points, dtype=float)[:, None, :])
     rays, dist = seen.rays, seen.dist
     turned = edge_turn(rays, np.roll(rays, -1, axis=-2))
@@ -223,7 +223,7 @@ def hessian(panels: Panels, points: np.ndarray) -> np.ndarray:
 
 
 def edge_turn(rays: np.ndarray, following: np.ndarray) -> np.ndarray:
-    """Line integral of ``dl x r / r^3`` over straight edges, (..., 3) [1/m].
+    """Return the line integral of ``dl x r / r^3`` over straight edges, (..., 3) [1/m].
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def edge_turn(rays: np.ndarray, following: np.ndarray) -> np.ndarray:
 
 
 def mutual_potentials(panels: Panels, *, chunk: int = 4096) -> np.ndarray:
-    """Galerkin matrix ``V[s, t]`` = 1/(4 pi) of the double integral of 1/r over triangles s and t.
+    """Return the Galerkin matrix ``V[s, t]``, 1/(4 pi) of the double integral of 1/r over triangles s and t.
 
     Far pairs by 3 x 3 points; for near ones the inner integral is exact and the outer one has 7 points, or 28 for
     those that touch.
@@ -277,7 +277,7 @@ def mutual_potentials(panels: Panels, *, chunk: int = 4096) -> np.ndarray:
 
 
 def _far(panels: Panels) -> np.ndarray:
-    """Double integrals of 1/r by 3 x 3 points, (t, t) [m^3]; the diagonal is meaningless."""
+    """Return double integrals of 1/r by 3 x 3 points, (t, t) [m^3]; the diagonal is meaningless."""
     count = len(panels)
     points = panels.points(RULE_3[0]).reshape(-1, 3)
     out = np.empty((count, count))

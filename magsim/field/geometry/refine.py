@@ -1,17 +1,17 @@
-"""Finer triangles where they are needed, by bisection of longest edges; the surface itself stays as it is."""
+"""Finer triangles where they are needed, by bisection of longest edges; the surface itself does not change."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 
 ROUNDS = 40
 """Most rounds of bisection: each halves the area, so forty are more than any mesh needs."""
 
 
 def distance_to_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distance of each point from each triangle, (p, t) [m].
+    """Return the distance of each point from each triangle, (p, t) [m].
 
     Parameters
     ----------
@@ -33,7 +33,9 @@ def distance_to_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray
     return out
 
 
-def refine(surface: Surface, too_large: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> tuple[Surface, np.ndarray]:
+def refine(
+    surface: TriangleMesh, too_large: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> tuple[TriangleMesh, np.ndarray]:
     """Bisect triangles until none is too large.
 
     The longest edge is cut first, and that of the neighbor before it where it is longer still, so that the mesh stays
@@ -42,13 +44,13 @@ def refine(surface: Surface, too_large: Callable[[np.ndarray, np.ndarray], np.nd
 
     Parameters
     ----------
-    surface : Surface
+    surface : TriangleMesh
     too_large : callable
         From corners (t, 3, 3) [m], and the given triangle (t,) int that each lies in, to (t,) bool.
 
     Returns
     -------
-    surface : Surface
+    surface : TriangleMesh
     parent : (t,) int
         The triangle of the given surface that each new one lies in.
     """
@@ -60,7 +62,7 @@ def refine(surface: Surface, too_large: Callable[[np.ndarray, np.ndarray], np.nd
             break
         vertices, triangles, rows = _bisect(vertices, triangles, flagged)
         parent = parent[rows]
-    return Surface(vertices, triangles), parent
+    return TriangleMesh(vertices, triangles), parent
 
 
 def _bisect(vertices: np.ndarray, triangles: np.ndarray, flagged: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -1,6 +1,6 @@
 """What a mesh must be before it is magnetized: no flat or double triangles, no crossings, closed where a body is.
 
-Findings are told as ``ValueError`` with the place and a remedy; the caller puts the part's name before it.
+Faults raise ``ValueError`` with the place and a remedy; the caller puts the part's name before it.
 """
 
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.panels import Panels, solid_angle
 
 SLIVER = 1e-3
@@ -25,18 +25,18 @@ _CHUNK = 20_000
 
 
 def element_sizes(corners: np.ndarray) -> np.ndarray:
-    """Size of each triangle: its middle edge, the longer leg of a right one, (t,) [m]."""
+    """Return the size of each triangle: its middle edge, the longer leg of a right one, (t,) [m]."""
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     return np.sort(edges, axis=1)[:, 1]
 
 
 def place(point: np.ndarray) -> str:
-    """A place as messages show it."""
+    """Return a place as text for messages."""
     return "({:.4g}, {:.4g}, {:.4g}) m".format(*(float(x) + 0.0 for x in point))
 
 
-def check_surface(surface: Surface, *, closed: bool) -> Surface:
-    """A surface that may be magnetized; a closed one is turned outward as a whole if it is inside out.
+def check_surface(surface: TriangleMesh, *, closed: bool) -> TriangleMesh:
+    """Check a surface that is to be magnetized; a closed one that is inside out is turned outward.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def check_surface(surface: Surface, *, closed: bool) -> Surface:
     for first, second in _pairs(corners, corners, 0.0, same=True):
         _check_pairs(surface.triangles, corners, first, second)
     if closed and _inside_out(surface, corners):
-        return Surface(surface.vertices, surface.triangles[:, ::-1].copy())
+        return TriangleMesh(surface.vertices, surface.triangles[:, ::-1].copy())
     return surface
 
 
@@ -62,7 +62,7 @@ def _check_triangles(triangles: np.ndarray, corners: np.ndarray) -> None:
         where = place(corners[bad[0]].mean(axis=0))
         msg = (
             f"has degenerate triangles, {len(bad)} of them, the first at {where}; allowed: triangles at least "
-            f"{SLIVER:g} as high as long; merge their corners or mesh anew"
+            f"{SLIVER:g} as high as long; merge their corners or mesh again"
         )
         raise ValueError(msg)
     _, first, count = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True, return_counts=True)
@@ -72,7 +72,7 @@ def _check_triangles(triangles: np.ndarray, corners: np.ndarray) -> None:
         raise ValueError(msg)
 
 
-def _check_closed(surface: Surface) -> None:
+def _check_closed(surface: TriangleMesh) -> None:
     edges = np.concatenate([surface.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
     keys = np.sort(edges, axis=1)
     unique, owner, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
@@ -84,13 +84,13 @@ def _check_closed(surface: Surface) -> None:
     ):
         if np.any(bad):
             where = surface.vertices[unique[np.argmax(bad)]].mean(axis=0)
-            told = f"{np.count_nonzero(bad)} edges, the first at {place(where)}"
-            msg = f"{what}: {told}; allowed: a closed surface; {remedy}"
+            found = f"{np.count_nonzero(bad)} edges, the first at {place(where)}"
+            msg = f"{what}: {found}; allowed: a closed surface; {remedy}"
             raise ValueError(msg)
 
 
-def _inside_out(surface: Surface, corners: np.ndarray) -> bool:
-    """Whether a closed surface is turned inward as a whole: how often it winds around places beside each piece."""
+def _inside_out(surface: TriangleMesh, corners: np.ndarray) -> bool:
+    """Return whether a closed surface is inside out, by how often it winds around places beside each piece."""
     edges = np.concatenate([surface.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
     count = len(surface.vertices)
     graph = sparse.csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
@@ -117,7 +117,7 @@ def _groups(labels: np.ndarray) -> list[np.ndarray]:
 
 
 def winding(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """How often closed outward triangles (t, 3, 3) wind around points (p, 3): 1 inside, 0 outside, (p,) int."""
+    """Return how often closed triangles (t, 3, 3) wind around points (p, 3): 1 inside, 0 outside, (p,) int."""
     panels = Panels(corners)
     turns = [solid_angle(panels, point[None]).sum() for point in points]
     return -np.rint(np.array(turns) / (4.0 * np.pi)).astype(int)
@@ -126,7 +126,7 @@ def winding(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
 def _pairs(
     first: np.ndarray, second: np.ndarray, margin: float, *, same: bool = False
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Numbers of triangles whose boxes come within ``margin``, in portions; ``same``: each pair of one mesh once."""
+    """Yield pairs of triangles whose boxes come within ``margin``; ``same``: each pair of one mesh once."""
     low, high = first.min(axis=1) - margin, first.max(axis=1) + margin
     low2, high2 = second.min(axis=1), second.max(axis=1)
     step = max(1, 2_000_000 // len(second))
@@ -169,7 +169,7 @@ def _whole_distance(triangles: np.ndarray, corners: np.ndarray, first: np.ndarra
 
 
 def _edge_distance(triangles: np.ndarray, corners: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """For triangles with one common corner: from the edge opposite to it to the other triangle, both ways."""
+    """Return the distances of triangles with a common corner: from the opposite edge to the other, both ways."""
     out = np.full(len(first), np.inf)
     for one, other in ((first, second), (second, first)):
         common = (triangles[one][:, :, None] == triangles[other][:, None, :]).any(axis=2).argmax(axis=1)
@@ -180,7 +180,7 @@ def _edge_distance(triangles: np.ndarray, corners: np.ndarray, first: np.ndarray
 
 
 def _corner_distance(triangles: np.ndarray, corners: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """For triangles with a common edge: from the third corner to the other triangle, both ways."""
+    """Return the distances of triangles with a common edge: from the third corner to the other, both ways."""
     out = np.full(len(first), np.inf)
     for one, other in ((first, second), (second, first)):
         common = (triangles[one][:, :, None] == triangles[other][:, None, :]).any(axis=2)
@@ -190,7 +190,7 @@ def _corner_distance(triangles: np.ndarray, corners: np.ndarray, first: np.ndarr
 
 
 def point_triangle(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances of points (k, 3) from triangles (k, 3, 3), one to one, (k,) [m]."""
+    """Return the distances of points (k, 3) from triangles (k, 3, 3), one to one, (k,) [m]."""
     edges = np.roll(corners, -1, axis=1) - corners
     normal = np.cross(edges[:, 0], edges[:, 1])
     square = np.einsum("kx,kx->k", normal, normal)
@@ -203,7 +203,7 @@ def point_triangle(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _segments(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Distances of segments p-q and r-s, one to one (C. Ericson, Real-Time Collision Detection, 2005, 5.1.9)."""
+    """Return the distances of segments p-q and r-s, one to one (Ericson, Real-Time Collision Detection, 5.1.9)."""
     d1, d2, ray = q - p, s - r, p - r
     a, e, f = (np.einsum("kx,kx->k", x, y) for x, y in ((d1, d1), (d2, d2), (d2, ray)))
     c, b = np.einsum("kx,kx->k", d1, ray), np.einsum("kx,kx->k", d1, d2)
@@ -215,7 +215,7 @@ def _segments(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.
 
 
 def _segment_triangle(start: np.ndarray, stop: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances of segments from triangles, one to one; zero where they cross."""
+    """Return the distances of segments from triangles, one to one; zero where they cross."""
     edges = np.roll(corners, -1, axis=1) - corners
     normal, way = np.cross(edges[:, 0], edges[:, 1]), stop - start
     near = np.einsum("kx,kx->k", start - corners[:, 0], normal)
@@ -230,7 +230,7 @@ def _segment_triangle(start: np.ndarray, stop: np.ndarray, corners: np.ndarray) 
 
 
 def triangle_distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Distances of triangles (k, 3, 3), one to one, (k,) [m]; zero where they cross."""
+    """Return the distances of triangles (k, 3, 3), one to one, (k,) [m]; zero where they cross."""
     out = np.full(len(first), np.inf)
     for i in range(3):
         out = np.minimum(out, _segment_triangle(first[:, i], first[:, (i + 1) % 3], second))
@@ -239,7 +239,7 @@ def triangle_distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def first_touch(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """Place and distance where two parts touch or come closer than a small share of an element; None if they do not.
+    """Return place and distance where two parts come closer than a small share of an element, or None.
 
     Parameters
     ----------

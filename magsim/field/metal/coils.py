@@ -43,13 +43,13 @@ class Loop:
         return 0.5 * np.cross(self.vertices, np.roll(self.vertices, -1, axis=0)).sum(axis=0)
 
     def field(self, points: np.ndarray) -> np.ndarray:
-        """Flux density for a current of 1 A by the law of Biot and Savart, (p, 3) [T/A]."""
+        """Return the flux density for a current of 1 A by the law of Biot and Savart, (p, 3) [T/A]."""
         rays = np.asarray(points, dtype=float)[:, None, :] - self.vertices
         return MU0 / (4.0 * np.pi) * edge_turn(rays, np.roll(rays, -1, axis=1)).sum(axis=1)
 
 
 def inductance(first: Loop, second: Loop, *, pieces: int = PIECES, order: int = ORDER) -> float:
-    """Neumann's integral over two loops [H], or over one loop twice.
+    """Return Neumann's integral over two loops [H], or over one loop twice.
 
     The inner integral over each edge is exact; the outer one is by Gauss-Legendre. For a loop with itself the
     distance is softened by the wire radius, which means surface current (C. R. Paul, Inductance, 2010, ch. 5).
@@ -74,7 +74,7 @@ def inductance(first: Loop, second: Loop, *, pieces: int = PIECES, order: int = 
 
 
 def inductance_matrix(loops: Sequence[Loop]) -> np.ndarray:
-    """Self and mutual inductances, (c, c) [H]; symmetric."""
+    """Return the self and mutual inductances, (c, c) [H]; symmetric."""
     matrix = np.empty((len(loops), len(loops)))
     for i, first in enumerate(loops):
         for j in range(i, len(loops)):

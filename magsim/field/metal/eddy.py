@@ -59,35 +59,12 @@ def reduce_to_modes(inductance: np.ndarray, resistance: np.ndarray, flux: np.nda
 
 
 def slow_limit(modes: Modes) -> np.ndarray:
-    """``E`` with ``B = E dB_0/dt`` for slow motion, (s, 3, 3) [s]."""
+    """Return ``E`` with ``B = E dB_0/dt`` for slow motion, (s, 3, 3) [s]."""
     return -np.einsum("sik,kj->sij", modes.field, modes.drive)
 
 
-def step_field(tau_s: float, drive_field: np.ndarray, step_s: float) -> np.ndarray:
-    """One mode stepped exactly where the field is a straight line between samples (recursion A).
-
-    Parameters
-    ----------
-    tau_s : float [s]
-    drive_field : (n,)
-        ``drive . B_0`` at the samples.
-    step_s : float [s]
-
-    Returns
-    -------
-    (n,)
-        ``q``, started as if the first slope had always been there.
-    """
-    decay = np.exp(-step_s / tau_s)
-    slopes = np.diff(drive_field) / step_s
-    out = np.empty(len(drive_field))
-    out[0] = -slopes[0]
-    out[1:], _ = lfilter([decay - 1.0], [1.0, -decay], slopes, zi=[decay * out[0]])
-    return out
-
-
 def step_rate(tau_s: float, drive_rate: np.ndarray, step_s: float) -> np.ndarray:
-    """One mode stepped exactly where the field's derivative is a straight line between samples (recursion B).
+    """Step one mode exactly for a derivative of the field that is linear between samples.
 
     Parameters
     ----------
@@ -108,3 +85,38 @@ def step_rate(tau_s: float, drive_rate: np.ndarray, step_s: float) -> np.ndarray
     start = -(drive_rate[0] - tau_s * slope)
     out, _ = lfilter([now, before], [1.0, -decay], drive_rate, zi=[start - now * drive_rate[0]])
     return out
+
+
+def states(modes: Modes, rate: np.ndarray, step_s: float, *, lag: bool = True) -> np.ndarray:
+    """Return the states of all modes along a flight, (n, k); ``modes.field`` times these is the field.
+
+    Parameters
+    ----------
+    modes : Modes
+    rate : (n, 3) [nT/s]
+        Time derivative of the ambient field in body axes.
+    step_s : float [s]
+    lag : bool
+        False: proportional to ``rate``, without time constants.
+    """
+    driven = rate @ modes.drive.T
+    if not lag:
+        return -driven
+    for k, tau in enumerate(modes.tau_s):
+        driven[:, k] = step_rate(tau, driven[:, k], step_s)
+    return driven
+
+
+def slow_states(modes: Modes, rate: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """Return the states of all modes to first order in their time constants, (n, k).
+
+    ``q = -(s - tau ds/dt)`` with ``s = drive . dB_0/dt``: for samples that are too far apart to step from one to the
+    next. The error is ``(omega tau)^2`` of the state.
+
+    Parameters
+    ----------
+    modes : Modes
+    rate, curve : (n, 3) [nT/s], [nT/s^2]
+        First and second time derivative of the ambient field in body axes.
+    """
+    return modes.tau_s * (curve @ modes.drive.T) - rate @ modes.drive.T

@@ -9,12 +9,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from magsim.field.situation import Situation
+from magsim.aircraft.magnetics import Memory
 from magsim.field.stepping import first_order
+from magsim.scenario import MemoryPart
 
 
 def play(values: np.ndarray, radius: float, start: np.ndarray) -> np.ndarray:
-    """The play operator: what a pin does that a slot of half width ``radius`` drags along.
+    """Apply the play operator: the motion of a pin dragged by a slot of half width ``radius``.
 
     ``y[n] = min(max(y[n-1], u[n] - r), u[n] + r)`` (A. Visintin, Differential Models of Hysteresis, III.2). Each step
     clips the state to an interval, and clips in a row are one clip. So blocks of the record are gone through side by
@@ -54,7 +55,7 @@ def play(values: np.ndarray, radius: float, start: np.ndarray) -> np.ndarray:
 
 
 def hysteresis(ambient_b: np.ndarray, radii_nt: Sequence[float], weights: Sequence[float], start: str) -> np.ndarray:
-    """Prandtl-Ishlinskii sum of play operators, ``z = sum_j w_j P_rj[B_0]`` in each axis.
+    """Return the Prandtl-Ishlinskii sum of play operators, ``z = sum_j w_j P_rj[B_0]`` in each axis.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def hysteresis(ambient_b: np.ndarray, radii_nt: Sequence[float], weights: Sequen
 def viscosity(
     ambient_b: np.ndarray, times_s: Sequence[float], weights: Sequence[float], step_s: float, start: str
 ) -> np.ndarray:
-    """Slow magnetization, ``z = sum_j v_j z_j`` with ``T_j dz_j/dt = B_0 - z_j``, exact for straight lines.
+    """Return slow magnetization ``z = sum_j v_j z_j``, ``T_j dz_j/dt = B_0 - z_j``, exact for straight lines.
 
     Parameters
     ----------
@@ -110,24 +111,23 @@ def viscosity(
     return out
 
 
-def remembered(situation: Situation) -> np.ndarray | None:
-    """The field ``z`` that the steel answers beside the ambient one, (n, 3) [nT]; None without ``[memory]``."""
-    told, settings = situation.magnetics.memory, situation.scenario.field.memory
-    if told is None:
+def remembered(memory: Memory | None, ambient_b: np.ndarray, step_s: float, settings: MemoryPart) -> np.ndarray | None:
+    """Return the field ``z`` that the steel answers beside the ambient one, (n, 3) [nT].
+
+    Parameters
+    ----------
+    memory : Memory, optional
+        Of the aircraft file; without one the result is None.
+    ambient_b : (n, 3) [nT]
+    step_s : float [s]
+    settings : MemoryPart
+        Which of hysteresis and viscosity are on, and the state before the first sample.
+    """
+    if memory is None:
         return None
-    ambient_b = situation.ambient_b
     state = np.zeros_like(ambient_b)
     if settings.hysteresis:
-        state += hysteresis(ambient_b, told.radii_nt, told.weights, settings.start)
+        state += hysteresis(ambient_b, memory.radii_nt, memory.weights, settings.start)
     if settings.viscosity:
-        weights, step_s = told.viscosity_weights, situation.step_s
-        state += viscosity(ambient_b, told.viscosity_s, weights, step_s, settings.start)
+        state += viscosity(ambient_b, memory.viscosity_s, memory.viscosity_weights, step_s, settings.start)
     return state
-
-
-def memory(situation: Situation) -> np.ndarray | None:
-    """Field of what the steel remembers, ``D z``, (n, s, 3) [nT]; None for an aircraft without ``[memory]``."""
-    state = remembered(situation)
-    if state is None:
-        return None
-    return np.einsum("sij,nj->nsi", situation.response.induced[situation.rows], state)

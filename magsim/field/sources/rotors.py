@@ -14,8 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import spherical_jn
 
 from magsim.aircraft.magnetics import RotatingDipole, Rotor
-from magsim.field.situation import Situation
-from magsim.field.sources.dipoles import SCALE
+from magsim.field.sources.dipoles import SCALE, dipole_field
 from magsim.streams import stream
 
 RPM = math.pi / 30.0
@@ -29,7 +28,7 @@ UPWARD_FROM = 0.5
 
 
 @dataclass(frozen=True)
-class Turning:
+class Rotation:
     """Angle of a rotor and its first three derivatives at the samples, (n,) each [rad], [rad/s], ..."""
 
     phase: np.ndarray
@@ -37,13 +36,13 @@ class Turning:
     rise: np.ndarray
     jerk: np.ndarray
 
-    def at_ratio(self, ratio: float) -> "Turning":
-        """A rotor that turns ``ratio`` times as fast."""
-        return Turning(ratio * self.phase, ratio * self.speed, ratio * self.rise, ratio * self.jerk)
+    def at_ratio(self, ratio: float) -> "Rotation":
+        """Return the rotation of a rotor that turns ``ratio`` times as fast."""
+        return Rotation(ratio * self.phase, ratio * self.speed, ratio * self.rise, ratio * self.jerk)
 
 
 def wander(time_s: np.ndarray, sigma: float, correlation_s: float, rng: np.random.Generator) -> CubicSpline:
-    """Speed that a governor lets wander [rad/s]: a Gauss-Markov process at knots, joined smoothly.
+    """Return a wandering speed [rad/s]: a Gauss-Markov process at knots, joined by a cubic spline.
 
     Parameters
     ----------
@@ -68,8 +67,8 @@ def wander(time_s: np.ndarray, sigma: float, correlation_s: float, rng: np.rando
     return CubicSpline(knots, speeds)
 
 
-def turning(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float) -> Turning:
-    """Angle of a rotor, by exact integration of its speed.
+def rotation_of(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float) -> Rotation:
+    """Return the angle of a rotor, by exact integration of its speed.
 
     Parameters
     ----------
@@ -82,11 +81,11 @@ def turning(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float) -> 
     whole = [spline.antiderivative() for spline in speeds]
     angle = sum(spline(time_s) - spline(0.0) for spline in whole)
     speed, rise, jerk = (sum(spline(time_s, order) for spline in speeds) for order in range(3))
-    return Turning(phase + angle, speed, rise, jerk)
+    return Rotation(phase + angle, speed, rise, jerk)
 
 
 def _bessel(x: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Spherical Bessel functions of the first kind, orders 0 to 4, for x >= 0."""
+    """Return the spherical Bessel functions of the first kind, orders 0 to 4, for x >= 0."""
     small = x < UPWARD_FROM
     safe = np.where(small, 1.0, x)
     sin, cos = np.sin(safe), np.cos(safe)
@@ -99,8 +98,8 @@ def _bessel(x: np.ndarray) -> tuple[np.ndarray, ...]:
     return tuple(out)
 
 
-def mean_tone(motion: Turning, step_s: float) -> np.ndarray:
-    """Mean of ``exp(i phase)`` over the step around each sample, (n,) complex.
+def mean_tone(motion: Rotation, step_s: float) -> np.ndarray:
+    """Return the mean of ``exp(i phase)`` over the step around each sample, (n,) complex.
 
     Within a step the phase is ``p + w t + a t^2 / 2 + j t^3 / 6``. The part linear in time is integrated in closed
     form, the rest as a series whose first neglected terms are ``a^3`` and ``a j``: the moments of ``exp(i x s)`` over
@@ -108,7 +107,7 @@ def mean_tone(motion: Turning, step_s: float) -> np.ndarray:
 
     Parameters
     ----------
-    motion : Turning
+    motion : Rotation
     step_s : float [s]
     """
     sign = np.sign(motion.speed) + (motion.speed == 0.0)
@@ -125,7 +124,7 @@ def mean_tone(motion: Turning, step_s: float) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class RotatingPart:
+class ShaftDipole:
     """A dipole and a piece of steel on a shaft, small beside the distance to a mount.
 
     Attributes
@@ -149,19 +148,19 @@ class RotatingPart:
     polarizability: np.ndarray
 
     def kernel(self, points: np.ndarray) -> np.ndarray:
-        """Field of unit moments along x, y, z at points (s, 3), as (s, 3, 3) [nT / (A m^2)]."""
+        """Return the field of unit moments along x, y, z at points (s, 3), as (s, 3, 3) [nT / (A m^2)]."""
         ray = np.asarray(points, dtype=float) - self.position
         dist = np.sqrt(np.einsum("si,si->s", ray, ray))[:, None, None]
         return SCALE * (3.0 * np.einsum("si,sj->sij", ray, ray) / dist**5 - np.eye(3) / dist**3)
 
     def moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Moments that stay, go with the cosine and with the sine of the phase, (3,) each [A m^2]."""
+        """Return the moments that are constant and that go with cosine and sine of the phase, (3,) each [A m^2]."""
         along = self.axis * np.dot(self.axis, self.moment)
         across = self.moment - along
         return along, across, np.cross(self.axis, across)
 
     def polarizabilities(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Tensors that stay, go with the cosine and with the sine of twice the phase, (3, 3) each [m^3]."""
+        """Return the tensors that are constant and that go with cosine and sine of twice the phase, (3, 3) [m^3]."""
         side = np.cross(self.axis, self.blade)
         blade, across, along = self.polarizability
         axial, radial = np.outer(self.axis, self.axis), np.outer(self.blade, self.blade)
@@ -170,17 +169,28 @@ class RotatingPart:
         mean = 0.5 * (blade + across) * (np.eye(3) - axial) + along * axial
         return mean, half * (radial - np.outer(side, side)), half * mixed
 
+    @classmethod
+    def of(cls, dipole: RotatingDipole, rotor: Rotor) -> "ShaftDipole":
+        """Return the source of a dipole of the aircraft file that turns with a rotor."""
+        return cls(
+            position=np.array(dipole.position_m),
+            axis=np.array(rotor.axis),
+            moment=np.array(dipole.moment_am2),
+            blade=np.zeros(3) if dipole.blade is None else np.array(dipole.blade),
+            polarizability=np.array(dipole.polarizability_m3),
+        )
 
-def rotating_moment(part: RotatingPart, motion: Turning, step_s: float, ambient_b: np.ndarray) -> np.ndarray:
-    """Moment of a rotating part, each sample the mean over its step.
+
+def rotating_moment(source: ShaftDipole, motion: Rotation, step_s: float, ambient_b: np.ndarray) -> np.ndarray:
+    """Return the moment of a source on a shaft, each sample the mean over its step.
 
     The permanent moment makes a constant and the first harmonic, the steel a constant and the second harmonic of the
     ambient field, which is held over a step.
 
     Parameters
     ----------
-    part : RotatingPart
-    motion : Turning
+    source : ShaftDipole
+    motion : Rotation
     step_s : float [s]
     ambient_b : (n, 3) [nT]
 
@@ -188,65 +198,84 @@ def rotating_moment(part: RotatingPart, motion: Turning, step_s: float, ambient_
     -------
     (n, 3) [A m^2]
     """
-    fixed, cosine, sine = part.moments()
+    fixed, cosine, sine = source.moments()
     once = mean_tone(motion, step_s)
     out = fixed + once.real[:, None] * cosine + once.imag[:, None] * sine
-    if np.any(part.polarizability):
+    if np.any(source.polarizability):
         twice = mean_tone(motion.at_ratio(2.0), step_s)
-        # alpha B / mu0, in terms of the constant of a dipole's field
-        share = 1.0 / (4.0 * np.pi * SCALE)
-        steady, even, odd = (share * np.einsum("jk,nk->nj", alpha, ambient_b) for alpha in part.polarizabilities())
+        steady, even, odd = (_magnetized(alpha, ambient_b) for alpha in source.polarizabilities())
         out += steady + twice.real[:, None] * even + twice.imag[:, None] * odd
     return out
 
 
-def rotating_field(part: RotatingPart, moment: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Field of a rotating part with moments (n, 3) [A m^2] at fixed points (s, 3) [m], (n, s, 3) [nT]."""
-    return np.einsum("sij,nj->nsi", part.kernel(points), moment)
+def mean_moment(source: ShaftDipole, ambient_b: np.ndarray) -> np.ndarray:
+    """Return the moment of a source on a shaft as its mean over whole turns, (n, 3) [A m^2].
+
+    It is what remains of ``rotating_moment`` where steps are much longer than a turn.
+
+    Parameters
+    ----------
+    source : ShaftDipole
+    ambient_b : (n, 3) [nT]
+    """
+    return source.moments()[0] + _magnetized(source.polarizabilities()[0], ambient_b)
+
+
+def _magnetized(polarizability: np.ndarray, ambient_b: np.ndarray) -> np.ndarray:
+    """Return the moments that steel takes on, ``alpha B / mu0`` in terms of the constant of a dipole's field."""
+    return 1.0 / (4.0 * np.pi * SCALE) * np.einsum("jk,nk->nj", polarizability, ambient_b)
+
+
+@dataclass(frozen=True)
+class SpinningDipole:
+    """A source on a shaft with its moment along a flight.
+
+    Attributes
+    ----------
+    source : ShaftDipole
+    strengths : (n, 3) [A m^2]
+        The moment.
+    """
+
+    source: ShaftDipole
+    strengths: np.ndarray
+
+    def gains(self, points: np.ndarray) -> np.ndarray:
+        """Return the fields of unit moments at fixed points (s, 3) [m], (s, 3, 3) [nT / (A m^2)]."""
+        return self.source.kernel(points)
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]."""
+        return np.einsum("sij,nj->nsi", self.gains(points), self.strengths)
+
+    def along(self, places: np.ndarray) -> np.ndarray:
+        """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
+        return dipole_field(self.source.position, self.strengths[:, None], places)
 
 
 def rotor_stream(seed: int, rotor: str) -> np.random.Generator:
-    """Random numbers of a rotor: its wandering and its first phase."""
+    """Return the random numbers of a rotor: its first phase and its wandering."""
     return stream(seed, f"rotor/{rotor}")
 
 
-def _part(dipole: RotatingDipole, rotor: Rotor) -> RotatingPart:
-    return RotatingPart(
-        position=np.array(dipole.position_m),
-        axis=np.array(rotor.axis),
-        moment=np.array(dipole.moment_am2),
-        blade=np.zeros(3) if dipole.blade is None else np.array(dipole.blade),
-        polarizability=np.array(dipole.polarizability_m3),
-    )
+def rotor_rotation(
+    rotor: Rotor, random: np.random.Generator, logged_s: np.ndarray, flown: np.ndarray | None, time_s: np.ndarray
+) -> Rotation:
+    """Return the angle of a rotor along a flight: the flown speed or its own, with the wandering of its governor.
 
-
-def turning_of(situation: Situation, name: str) -> Turning:
-    """Angle of a rotor along a flight: the speed that was flown, or its own, with what the governor lets wander.
-
-    The phase at time 0 is random.
+    Parameters
+    ----------
+    rotor : Rotor
+    random : numpy.random.Generator
+        Draws the phase at time 0 and the wandering.
+    logged_s : (m,) [s]
+        Times of the flight's log.
+    flown : (m,) [rad/s], optional
+        Speed at these times; without it the speed of the aircraft file.
+    time_s : (n,) [s]
+        Times of the samples.
     """
-    rotor, random = situation.magnetics.rotors[name], rotor_stream(situation.scenario.seed, name)
-    logged = situation.flight.carrier.time_s
-    own = np.full(len(logged), rotor.speed_rpm * RPM)
-    speed = CubicSpline(logged, situation.flight.rotors.get(name, own))
+    own = np.full(len(logged_s), rotor.speed_rpm * RPM)
+    speed = CubicSpline(logged_s, own if flown is None else flown)
     phase = random.uniform(0.0, 2.0 * np.pi)
-    return turning(situation.time_s, [speed, wander(logged, rotor.wander_rpm * RPM, rotor.wander_s, random)], phase)
-
-
-def rotating_moments(situation: Situation) -> list[tuple[RotatingPart, np.ndarray]]:
-    """All that turns, with its moment along the flight, (n, 3) [A m^2]."""
-    magnetics = situation.magnetics
-    motions = {name: turning_of(situation, name) for name in dict.fromkeys(d.rotor for d in magnetics.rotating)}
-    parts = [(_part(dipole, magnetics.rotors[dipole.rotor]), motions[dipole.rotor]) for dipole in magnetics.rotating]
-    step_s, ambient_b = situation.step_s, situation.ambient_b
-    return [(part, rotating_moment(part, motion, step_s, ambient_b)) for part, motion in parts]
-
-
-def propeller(situation: Situation) -> np.ndarray | None:
-    """Field of all that turns, (n, s, 3) [nT], each sample its mean over the step; None where nothing does."""
-    if not situation.magnetics.rotating:
-        return None
-    out = np.zeros((len(situation.time_s), len(situation.mounts), 3))
-    for part, moment in rotating_moments(situation):
-        out += rotating_field(part, moment, situation.positions_m)
-    return out
+    return rotation_of(time_s, [speed, wander(logged_s, rotor.wander_rpm * RPM, rotor.wander_s, random)], phase)

@@ -2,20 +2,18 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cached_property, reduce
+from typing import Any
 
 import numpy as np
 
-from magsim.aircraft.magnetics import Bus, Feeder
+from magsim.aircraft.magnetics import Bus, Feeder, Magnetics
 from magsim.aircraft.magnetics import feeders as model
 from magsim.field.stepping import derivative
 from magsim.field.wiring.loads import Steps, cycles, lagged, pulses, switched
+from magsim.scenario import Electronics
 from magsim.streams import stream
 from magsim.trajectory import Flight
-
-if TYPE_CHECKING:
-    from magsim.field.situation import Situation
 
 SETTLED_S = 1e4
 """How long before the flight a load that is off has been off."""
@@ -55,7 +53,7 @@ class Clock:
         return float(self.time_s[-1] + self.step_s)
 
     def steps(self, times_s: np.ndarray, levels_a: np.ndarray, **lag: float) -> np.ndarray:
-        """Mean over each step of a level that was the first one long before the flight, (n,) [A]."""
+        """Return the mean over each step of a level, (n,) [A], settled on its first value before the flight."""
         return Steps(times_s, levels_a, **lag).mean(self.time_s, self.step_s)
 
 
@@ -63,16 +61,16 @@ def _constant(load: model.ConstantLoad, feeder: str, clock: Clock) -> np.ndarray
     return np.full(len(clock.time_s), load.current_a)
 
 
-def _turns(load: object, times: np.ndarray, clock: Clock, **lag: float) -> np.ndarray:
-    """A load that is on from each even and off from each odd of the given times."""
+def _turns(current_a: float, times: np.ndarray, clock: Clock, **lag: float) -> np.ndarray:
+    """Return the current of a load that is on from each even and off from each odd of the given times, (n,) [A]."""
     levels = np.zeros(len(times) + 1)
-    levels[1::2] = load.current_a
+    levels[1::2] = current_a
     return clock.steps(np.append(clock.start_s - SETTLED_S, times), levels, **lag)
 
 
 def _pulse(load: model.PulseLoad, feeder: str, clock: Clock) -> np.ndarray:
     times = pulses(clock.start_s, clock.stop_s, load.period_s, load.width_s, load.phase_s)
-    return load.idle_a + _turns(load, times, clock, rise_s=load.rise_s)
+    return load.idle_a + _turns(load.current_a, times, clock, rise_s=load.rise_s)
 
 
 def _lag_of(load: model.Inrush) -> dict[str, float]:
@@ -82,7 +80,7 @@ def _lag_of(load: model.Inrush) -> dict[str, float]:
 def _duty(load: model.DutyLoad, feeder: str, clock: Clock) -> np.ndarray:
     rng = stream(clock.seed, f"electronics/{feeder}/duty")
     times = cycles(rng, clock.start_s, clock.stop_s, on_s=load.on_s, off_s=load.off_s, jitter=load.jitter)
-    return _turns(load, times, clock, **_lag_of(load))
+    return _turns(load.current_a, times, clock, **_lag_of(load))
 
 
 def _switch(load: model.SwitchLoad, feeder: str, clock: Clock) -> np.ndarray:
@@ -117,7 +115,7 @@ def _charge(load: model.ChargeLoad, feeder: str, clock: Clock) -> np.ndarray:
     return load.float_a + (load.current_a - load.float_a) * np.exp(-np.maximum(0.0, since) / load.decay_s)
 
 
-MAKERS: Mapping[str, Callable[[object, str, Clock], np.ndarray]] = {
+MAKERS: Mapping[str, Callable[[Any, str, Clock], np.ndarray]] = {
     "constant": _constant,
     "pulse": _pulse,
     "duty": _duty,
@@ -130,7 +128,7 @@ MAKERS: Mapping[str, Callable[[object, str, Clock], np.ndarray]] = {
 
 
 def currents(feeders: tuple[Feeder, ...], clock: Clock, off: frozenset[str] = frozenset()) -> dict[str, np.ndarray]:
-    """Current of each feeder: its mean over the step around each time, (n,) [A].
+    """Return the current of each feeder: its mean over the step around each time, (n,) [A].
 
     Parameters
     ----------
@@ -156,7 +154,7 @@ def currents(feeders: tuple[Feeder, ...], clock: Clock, off: frozenset[str] = fr
 
 
 def voltages(buses: tuple[Bus, ...], currents_a: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Voltage of each bus, (n,) [V]: that of its source less resistance times current.
+    """Return the voltage of each bus, (n,) [V]: that of its source less resistance times current.
 
     Parameters
     ----------
@@ -166,8 +164,11 @@ def voltages(buses: tuple[Bus, ...], currents_a: Mapping[str, np.ndarray]) -> di
     """
     out: dict[str, np.ndarray] = {}
     for bus in buses:
-        source = bus.open_circuit_v if bus.fed_by is None else out[bus.fed_by]
-        out[bus.name] = source - bus.resistance_ohm * sum(currents_a[name] for name in bus.feeders)
+        drop_v = bus.resistance_ohm * reduce(np.add, [currents_a[name] for name in bus.feeders])
+        if bus.fed_by is not None:
+            out[bus.name] = out[bus.fed_by] - drop_v
+        elif bus.open_circuit_v is not None:
+            out[bus.name] = bus.open_circuit_v - drop_v
     return out
 
 
@@ -179,22 +180,16 @@ class Onboard:
     voltages_v: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
-def onboard(situation: "Situation") -> Onboard:
-    """Currents and voltages of a flight with the settings of its scenario."""
-    magnetics, part = situation.magnetics, situation.scenario.field.electronics
-    clock = Clock(situation.time_s, situation.step_s, situation.flight, situation.scenario.seed)
-    drawn = currents(part.apply(magnetics.feeders), clock, part.off)
+def onboard(magnetics: Magnetics, settings: Electronics, clock: Clock) -> Onboard:
+    """Return the currents and voltages of a flight.
+
+    Parameters
+    ----------
+    magnetics : Magnetics
+        Feeders and buses of the aircraft file.
+    settings : Electronics
+        What the scenario changes of them.
+    clock : Clock
+    """
+    drawn = currents(settings.apply(magnetics.feeders), clock, settings.off)
     return Onboard(drawn, voltages(magnetics.buses, drawn))
-
-
-def electronics(situation: "Situation") -> np.ndarray | None:
-    """Field of the wiring, ``sum_c W_c I_c``, (n, s, 3) [nT]; None for an aircraft without feeders."""
-    drawn = situation.onboard.currents_a
-    if not drawn:
-        return None
-    gains = situation.response.wiring_nt_per_a[situation.rows]
-    out = np.zeros((len(situation.time_s), len(gains), 3))
-    for c, current in enumerate(drawn.values()):
-        if np.any(gains[..., c]):
-            out += current[:, None, None] * gains[..., c]
-    return out

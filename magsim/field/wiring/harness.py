@@ -24,16 +24,12 @@ class Wiring:
 
     @classmethod
     def of(cls, magnetics: Magnetics) -> "Wiring":
-        """Polygons of all feeders of a magnetic file."""
+        """Return the polygons of all feeders of a magnetic file."""
         return cls(tuple(_polygons(feeder) for feeder in magnetics.feeders))
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Field of each feeder for 1 A at any points (p, 3) [m], (p, 3, c) [nT/A]."""
+        """Return the field of each feeder for 1 A at any points (p, 3) [m], (p, 3, c) [nT/A]."""
         return wires.field(self.conductors, points)
-
-    def gradient_at(self, points: np.ndarray) -> np.ndarray:
-        """Derivatives of ``at`` by place, indexed (p, i, j, c) [nT/(A m)]."""
-        return wires.gradient(self.conductors, points)
 
 
 def _polygons(feeder: Feeder) -> wires.Conductor:

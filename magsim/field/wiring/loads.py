@@ -61,7 +61,7 @@ class Steps:
         return transient
 
     def _within(self, index: np.ndarray, since: np.ndarray) -> np.ndarray:
-        """Charge from the beginning of an interval, [A s]."""
+        """Return the charge from the beginning of an interval, [A s]."""
         out = self.levels_a[index] * since
         if self.inrush != 1.0:
             out -= self._extra[index] * self.inrush_s * np.expm1(-since / self.inrush_s)
@@ -76,19 +76,19 @@ class Steps:
         return np.concatenate([[0.0], np.cumsum(self._within(np.arange(len(spans)), spans))])
 
     def charge(self, time_s: np.ndarray) -> np.ndarray:
-        """Integral of the current from the first time on, (n,) [A s], at increasing times not before it."""
+        """Return the charge from the first time on, (n,) [A s], at increasing times not before it."""
         first = np.searchsorted(time_s, self.times_s)
         index = np.repeat(np.arange(len(first)), np.diff(first, append=len(time_s)))
         return self._before[index] + self._within(index, time_s - self.times_s[index])
 
     def mean(self, time_s: np.ndarray, step_s: float) -> np.ndarray:
-        """Mean current over the step around each of evenly spaced times, (n,) [A]."""
+        """Return the mean current over the step around each of evenly spaced times, (n,) [A]."""
         edges = np.append(time_s - 0.5 * step_s, time_s[-1] + 0.5 * step_s)
         return np.diff(self.charge(edges)) / step_s
 
 
 def lagged(values: np.ndarray, rise_s: float, step_s: float) -> np.ndarray:
-    """First-order lag of evenly spaced samples, exact where they are joined by straight lines; begins settled.
+    """Apply a first-order lag to evenly spaced samples, exact for straight lines between them; begins settled.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def lagged(values: np.ndarray, rise_s: float, step_s: float) -> np.ndarray:
 
 
 def pulses(start_s: float, stop_s: float, period_s: float, width_s: float, phase_s: float) -> np.ndarray:
-    """Times at which pulses begin and end by turns, (2 k,) [s], from one period before ``start_s`` to ``stop_s``."""
+    """Return alternating starts and ends of pulses, (2 k,) [s], from one period before ``start_s`` to ``stop_s``."""
     first = np.floor((start_s - phase_s) / period_s) - 1.0
     count = int(np.ceil((stop_s - phase_s) / period_s) - first) + 1
     begin = phase_s + period_s * (first + np.arange(count))
@@ -121,7 +121,7 @@ def pulses(start_s: float, stop_s: float, period_s: float, width_s: float, phase
 def cycles(
     rng: np.random.Generator, start_s: float, stop_s: float, *, on_s: float, off_s: float, jitter: float
 ) -> np.ndarray:
-    """Times of switching on and off by turns, (2 k,) [s], of a load whose cycles vary.
+    """Return alternating times of switching on and off, (2 k,) [s], of a load whose cycles vary.
 
     The first cycle began at a random time of its own before ``start_s``; each span is drawn evenly from ``1 - jitter``
     to ``1 + jitter`` times its length. A longer flight goes on where a shorter one ends.
@@ -133,7 +133,7 @@ def cycles(
 
 
 def switched(time_s: np.ndarray, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times at which a logged switch changes, half way between its rows, with the states: (e,) [s], (e,) of 0 and 1.
+    """Return times (e,) [s] at which a logged switch changes, half way between rows, and states (e,) of 0 and 1.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magsim.field.metal.coils import Loop
-from magsim.units import MU0, NT_PER_T
+from magsim.units import NT_PER_T
 
 PER_TURN = 16
 """Straight pieces in one turn of a twisted pair."""
@@ -39,7 +39,7 @@ class Conductor:
 
 
 def pair(vertices: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """Closed polygon of a wire and its return beside it.
+    """Return the closed polygon of a wire and its return beside it.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def pair(vertices: np.ndarray, offset: np.ndarray) -> np.ndarray:
 
 
 def _sampled(vertices: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points along a polyline with the length run so far and the unit tangent: (q, 3), (q,), (q, 3)."""
+    """Return points along a polyline, their path lengths and unit tangents: (q, 3), (q,), (q, 3)."""
     points, lengths, tangents, run = [], [], [], 0.0
     for start, end in itertools.pairwise(vertices):
         length = float(np.linalg.norm(end - start))
@@ -69,7 +69,7 @@ def _sampled(vertices: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray,
 
 
 def _across(tangents: np.ndarray) -> np.ndarray:
-    """Unit vectors at right angles to tangents that turn with them by the least rotation, (q, 3)."""
+    """Return unit vectors across tangents that turn with them by the least rotation, (q, 3)."""
     out = np.empty_like(tangents)
     first = np.eye(3)[np.argmin(np.abs(tangents[0]))]
     for i, tangent in enumerate(tangents):
@@ -82,7 +82,7 @@ def _across(tangents: np.ndarray) -> np.ndarray:
 
 
 def twisted(vertices: np.ndarray, spacing_m: float, pitch_m: float, *, per_turn: int = PER_TURN) -> np.ndarray:
-    """Closed polygon of two wires that wind around one line, current there in one and back in the other.
+    """Return the closed polygon of two wires wound around one line, current there in one and back in the other.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _chunks(points: np.ndarray, pieces: int) -> list[slice]:
 
 
 def field(conductors: Sequence[Conductor], points: np.ndarray) -> np.ndarray:
-    """Gains of conductors: ``B = W I``.
+    """Return the gains of conductors: ``B = W I``.
 
     Parameters
     ----------
@@ -132,37 +132,4 @@ def field(conductors: Sequence[Conductor], points: np.ndarray) -> np.ndarray:
         for loop, share in zip(conductor.loops, conductor.shares, strict=True):
             for rows in _chunks(points, len(loop.vertices)):
                 out[rows, :, c] += NT_PER_T * share * loop.field(points[rows])
-    return out
-
-
-def _loop_gradient(loop: Loop, points: np.ndarray) -> np.ndarray:
-    """``dB_i/dx_j`` of a loop for 1 A, (p, 3, 3) [T/(A m)]; symmetric and free of trace.
-
-    Each piece gives ``kappa r1 x r2`` with ``kappa = (a + b) / (a b (a b + r1.r2))``, a and b the lengths of r1, r2.
-    """
-    near = points[:, None, :] - loop.vertices
-    far = np.roll(near, -1, axis=1)
-    a, b = np.linalg.norm(near, axis=-1), np.linalg.norm(far, axis=-1)
-    product, dots = a * b, np.einsum("pmx,pmx->pm", near, far)
-    below = product * (product + dots)
-    kappa = (a + b) / below
-    unit_near, unit_far = near / a[..., None], far / b[..., None]
-    grad_product = b[..., None] * unit_near + a[..., None] * unit_far
-    grad_below = (2.0 * product + dots)[..., None] * grad_product + product[..., None] * (near + far)
-    grad_kappa = (unit_near + unit_far - kappa[..., None] * grad_below) / below[..., None]
-    out = np.einsum("pmi,pmj->pij", np.cross(near, far), grad_kappa)
-    # r1 x r2 changes by e_j x (r2 - r1); the edge is r1 - r2.
-    edge = np.einsum("pm,mx->px", kappa, loop.edges)
-    out -= np.cross(np.eye(3)[None], edge[:, None, :]).swapaxes(1, 2)
-    return MU0 / (4.0 * np.pi) * out
-
-
-def gradient(conductors: Sequence[Conductor], points: np.ndarray) -> np.ndarray:
-    """Derivatives ``dW_i/dx_j`` of the gains by place, indexed (p, i, j, c) [nT/(A m)]."""
-    points = np.asarray(points, dtype=float)
-    out = np.zeros((len(points), 3, 3, len(conductors)))
-    for c, conductor in enumerate(conductors):
-        for loop, share in zip(conductor.loops, conductor.shares, strict=True):
-            for rows in _chunks(points, len(loop.vertices)):
-                out[rows, ..., c] += NT_PER_T * share * _loop_gradient(loop, points[rows])
     return out

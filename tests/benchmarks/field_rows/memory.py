@@ -5,9 +5,9 @@ import time
 
 import numpy as np
 
-from magsim.field.sources.flex import FlexMode, bend
+from magsim.field.flex import BendingMode, bend
 from magsim.field.sources.memory import hysteresis, play, viscosity
-from magsim.field.sources.rotors import Turning, mean_tone
+from magsim.field.sources.rotors import Rotation, mean_tone
 from magsim.units import G0
 from tests.benchmarks.rows import Row, at_most, stated
 
@@ -20,7 +20,7 @@ def _tone(hertz: float, step_hz: int, seconds: int) -> np.ndarray:
     """Reading of a 100 ms counter, ten times a second, from means over steps."""
     time_s = (np.arange(seconds * step_hz) + 0.5) / step_hz
     omega, zero = 2.0 * np.pi * hertz, np.zeros(seconds * step_hz)
-    samples = mean_tone(Turning(omega * time_s, omega + zero, zero, zero), 1.0 / step_hz)
+    samples = mean_tone(Rotation(omega * time_s, omega + zero, zero, zero), 1.0 / step_hz)
     return samples.reshape(-1, step_hz // 10).mean(axis=1)
 
 
@@ -85,7 +85,7 @@ def _phasor_pct() -> float:
     return worst
 
 
-MODE = FlexMode(np.array([0.0, 0.0, 1.0]), 4.0, 0.03, 1.566, np.zeros(3))
+MODE = BendingMode(np.array([0.0, 0.0, 1.0]), 4.0, 0.03, 1.566, np.zeros(3))
 
 
 def _load(load_g: np.ndarray) -> np.ndarray:

@@ -9,15 +9,15 @@ from threadpoolctl import threadpool_limits
 from magsim.aircraft import load_aircraft
 from magsim.aircraft.magnetics import Skin
 from magsim.field import AircraftResponse, load_response
-from magsim.field.geometry.meshes import Surface, disc_grid, icosphere
+from magsim.field.geometry.meshes import TriangleMesh, disc_grid, icosphere
 from magsim.field.metal.coils import Loop, inductance
+from magsim.field.metal.eddy import states
 from magsim.field.metal.skin.mesh import outline
 from magsim.field.metal.skin.model import compute_skin, shells_of
-from magsim.field.metal.skin.shells import ThinShells, driven_modes, time_constants
-from magsim.field.platform import eddy_field
-from magsim.scenario import EddyPart
+from magsim.field.metal.skin.shells import ThinShells, driven_modes
 from magsim.units import MU0
 from tests.benchmarks.rows import Row, at_most, stated
+from tests.support.skins import time_constants
 
 RADIUS_M, CONDUCTANCE_S = 0.8, 1.74e4
 LENGTH_M, SPAN_M, HEIGHT_M = 12.68, 15.87, 4.52
@@ -45,7 +45,7 @@ def _shell() -> list[Row]:
 
 def _disc() -> Row:
     flat, triangles = disc_grid(16, RADIUS_M)
-    disc = ThinShells(Surface(np.column_stack([flat, np.zeros(len(flat))]), triangles), CONDUCTANCE_S)
+    disc = ThinShells(TriangleMesh(np.column_stack([flat, np.zeros(len(flat))]), triangles), CONDUCTANCE_S)
     moment = float((driven_modes(disc, 1).drive[:, 2] ** 2).sum())
     return stated(
         "disc_slow_moment_error_pct", 100.0 * abs(8.0 * moment / (np.pi * CONDUCTANCE_S * RADIUS_M**4) - 1.0), "%"
@@ -75,7 +75,7 @@ def _hold(response: AircraftResponse, frequency_hz: float = 0.5, rate_hz: float 
     settled, worst = time_s > 2.0, 0.0
     for axis in np.eye(3):
         rate = omega * np.cos(omega * time_s)[:, None] * axis
-        got = eddy_field(response, rows, rate, 1.0 / rate_hz, EddyPart())
+        got = np.einsum("sik,nk->nsi", response.field[rows], states(response.modes, rate, 1.0 / rate_hz))
         gain = -1j * omega / (1.0 + 1j * omega * response.tau_s)
         phasor = np.einsum("sik,k,k->si", response.field[rows], gain, response.drive @ axis)
         exact = np.imag(phasor[None] * np.exp(1j * omega * time_s)[:, None, None])

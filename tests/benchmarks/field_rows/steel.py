@@ -6,12 +6,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import load_aircraft
-from magsim.field.geometry.meshes import Surface, Tetrahedra, ball, box_surface, disc_grid, icosphere, shell_solid
-from magsim.field.metal.steel.induced import Body, InducedModel, Part, Sheet, Solid
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, ball, box_surface, disc_grid, icosphere
+from magsim.field.metal.steel.induced import ClosedBody, InducedModel, Part, Sheet, Solid, charge_gradient
 from magsim.field.metal.steel.model import check_apart, steel_parts
 from magsim.field.metal.steel.reaction import dipole_charge
 from tests.benchmarks.rows import Row, at_least, at_most, stated
 from tests.support import bodies
+from tests.support.meshes import shell_solid
 from tests.support.steel_kinds import ALL_KINDS, steel
 
 RADIUS, MU = 0.5, 100.0
@@ -30,7 +31,7 @@ def _ball(subdivisions: int, layers: int) -> Tetrahedra:
 def _exact_bodies() -> list[Row]:
     exact, near = bodies.sphere_moment(MU, RADIUS), 1.5 * RADIUS
     errors = [_error_pct([Solid(_ball(k, k + 1), MU - 1.0)], exact, near) for k in (1, 2, 3)]
-    closed = _error_pct([Body(icosphere(3, RADIUS, keep="volume"), MU - 1.0)], exact, near)
+    closed = _error_pct([ClosedBody(icosphere(3, RADIUS, keep="volume"), MU - 1.0)], exact, near)
     thick = Solid(shell_solid(3, 0.95 * RADIUS, RADIUS), 199.0)
     thin = Sheet(icosphere(3, 0.4995, keep="area"), 0.001, 199.0)
     mesh = _ball(3, 3)
@@ -50,7 +51,7 @@ def _exact_bodies() -> list[Row]:
 def _disc_error(rings: int) -> float:
     """Of the in-plane moment 16/3 a^3 of a disc that shorts every field, with rings graded as sheets are."""
     flat, triangles = disc_grid(rings, 1.0)
-    sheet = Sheet(Surface(bodies.graded_disc(flat), triangles), 1.0, 1e7)
+    sheet = Sheet(TriangleMesh(bodies.graded_disc(flat), triangles), 1.0, 1e7)
     return abs(InducedModel([sheet]).moment()[0, 0] / (16.0 / 3.0) - 1.0)
 
 
@@ -78,7 +79,7 @@ def _beside(part: Part, factors: object) -> float:
 
 
 def _reactions() -> list[Row]:
-    solid, surface = Solid(_ball(3, 4), MU - 1.0), Body(icosphere(3, RADIUS, keep="volume"), MU - 1.0)
+    solid, surface = Solid(_ball(3, 4), MU - 1.0), ClosedBody(icosphere(3, RADIUS, keep="volume"), MU - 1.0)
     sheet = Sheet(icosphere(3, RADIUS, keep="area"), 0.005, MU - 1.0)
     return [
         at_most("dipole_beside_sphere_error_pct", _beside(solid, bodies.solid_factors(MU)), "%", 0.5),
@@ -93,7 +94,7 @@ def _invariants() -> list[Row]:
     alpha, cabin = model.moment(), np.zeros((1, 3))
     ambient = np.array([0.3, -1.2, 0.7])
     together = model.charge(-(model.nodes @ ambient)[:, None])[:, 0]
-    slope = model.response_gradient(cabin)[0]
+    slope = charge_gradient(model.panels, model.uniform, cabin)[0]
     scale = np.abs(slope).max()
     response = model.response(cabin)[0]
     charges = np.stack([dipole_charge(model, cabin[0], moment) for moment in np.eye(3)], axis=1)

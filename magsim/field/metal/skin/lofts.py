@@ -5,7 +5,7 @@ from math import gamma
 
 import numpy as np
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 
 LEAST_AROUND = 12
 """Fewest points around a section."""
@@ -15,7 +15,7 @@ FINE = 4000
 
 
 def superellipse(count: int, half: tuple[float, float], exponent: float) -> np.ndarray:
-    """Polygon around ``|u/a|^e + |v/b|^e = 1`` with corners evenly spaced along it, of exactly its area.
+    """Return a polygon of the area of ``|u/a|^e + |v/b|^e = 1``, its corners evenly spaced along the curve.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def superellipse(count: int, half: tuple[float, float], exponent: float) -> np.n
 
 
 def ellipse(count: int, half: tuple[float, float]) -> np.ndarray:
-    """Polygon around an ellipse, closer at the ends of its long axis, of exactly its area, (count, 2) [m].
+    """Return a polygon of the area of an ellipse, finer at the ends of the long axis, (count, 2) [m].
 
     The first corner is on the positive u axis, then towards positive v.
     """
@@ -51,7 +51,7 @@ def ellipse(count: int, half: tuple[float, float]) -> np.ndarray:
 
 
 def _four_quarters(quarter: np.ndarray) -> np.ndarray:
-    """A closed polygon from the corners between the positive v and the positive u axis: exactly symmetric."""
+    """Return an exactly symmetric closed polygon from its corners between the positive v and u axes."""
     right = np.concatenate([quarter, quarter[-2::-1] * (1.0, -1.0)])
     left = right[-2:0:-1] * (-1.0, 1.0)
     return np.concatenate([right, left])
@@ -64,19 +64,19 @@ def _of_area(corners: np.ndarray, area: float) -> np.ndarray:
 
 
 def perimeter(half: tuple[float, float], exponent: float = 2.0) -> float:
-    """Length of a superellipse [m]."""
+    """Return the length of a superellipse [m]."""
     angle = np.linspace(0.0, 0.5 * np.pi, FINE)
     u, v = half[0] * np.sin(angle) ** (2.0 / exponent), half[1] * np.cos(angle) ** (2.0 / exponent)
     return float(4.0 * np.hypot(np.diff(u), np.diff(v)).sum())
 
 
 def around(length: float, element: float) -> int:
-    """Corners of a polygon of a given length for edges of about ``element``: a multiple of four."""
+    """Return the number of corners of a polygon for edges of about ``element``, a multiple of four."""
     return max(LEAST_AROUND, 4 * int(np.ceil(length / (4.0 * element) - 1e-9)))
 
 
 def stations(table: np.ndarray, lengths: Sequence[float], element: float) -> np.ndarray:
-    """Rows between the given ones, by straight lines, so that no step is longer than ``element``.
+    """Insert rows on straight lines between the given ones, so that no step is longer than ``element``.
 
     Parameters
     ----------
@@ -98,8 +98,8 @@ def stations(table: np.ndarray, lengths: Sequence[float], element: float) -> np.
     return np.concatenate(out)
 
 
-def loft(rings: np.ndarray, *, mirror: bool = False) -> Surface:
-    """Closed surface through rings, with flat caps at both ends.
+def loft(rings: np.ndarray, *, mirror: bool = False) -> TriangleMesh:
+    """Return the closed surface through rings, with flat caps at both ends.
 
     Corner ``i`` of a ring and corner ``n - i`` lie opposite to each other in the ring's own mirror image, and all
     diagonals are mirrored with them: a symmetric shape gets a symmetric mesh.
@@ -113,7 +113,7 @@ def loft(rings: np.ndarray, *, mirror: bool = False) -> Surface:
 
     Returns
     -------
-    Surface
+    TriangleMesh
         Normals point outward.
     """
     if mirror:
@@ -144,11 +144,11 @@ def loft(rings: np.ndarray, *, mirror: bool = False) -> Surface:
         faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
         triangles.append(faces if sign > 0 else faces[:, ::-1])
     points, faces = np.concatenate(vertices), np.concatenate(triangles)
-    return Surface(points, faces if volume(points, faces) > 0.0 else faces[:, ::-1])
+    return TriangleMesh(points, faces if volume(points, faces) > 0.0 else faces[:, ::-1])
 
 
 def _cut(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, flip: np.ndarray) -> np.ndarray:
-    """Quadrangles a, b, c, d cut along a-c, or along b-d where ``flip``."""
+    """Cut quadrangles a, b, c, d along a-c, or along b-d where ``flip``."""
     a, b, c, d, flip = (np.ravel(x) for x in (a, b, c, d, flip))
     first = np.where(flip[:, None], np.column_stack([a, b, d]), np.column_stack([a, b, c]))
     second = np.where(flip[:, None], np.column_stack([b, c, d]), np.column_stack([a, c, d]))
@@ -156,6 +156,6 @@ def _cut(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, flip: np.nd
 
 
 def volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume inside a closed surface, positive where its normals point outward [m^3]."""
+    """Return the volume inside a closed surface, positive where its normals point outward [m^3]."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     return float(np.einsum("tx,tx->", a, np.cross(b, c)) / 6.0)

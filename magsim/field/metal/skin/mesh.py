@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from magsim.aircraft.magnetics import BodyShell, DrawnOutline, Skin
 from magsim.aircraft.magnetics.skin import PanelShell
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.refine import distance_to_triangles, refine
 from magsim.field.geometry.soundness import check_surface, first_touch, place
 from magsim.field.metal.skin.lofts import around, ellipse, loft, perimeter, stations, superellipse
@@ -28,21 +28,21 @@ class Outline:
     ----------
     names : tuple of str
         Of the parts.
-    surface : Surface
+    surface : TriangleMesh
         All of them; parts share no vertex.
     part : (t,) int
         Number of the part that each triangle belongs to.
     """
 
     names: tuple[str, ...]
-    surface: Surface
+    surface: TriangleMesh
     part: np.ndarray
 
-    def of(self, name: str) -> Surface:
-        """One part alone, with vertices numbered anew."""
+    def of(self, name: str) -> TriangleMesh:
+        """Return one part alone, its vertices renumbered."""
         triangles = self.surface.triangles[self.part == self.names.index(name)]
         used, number = np.unique(triangles, return_inverse=True)
-        return Surface(self.surface.vertices[used], number.reshape(triangles.shape))
+        return TriangleMesh(self.surface.vertices[used], number.reshape(triangles.shape))
 
     @property
     def extent_m(self) -> np.ndarray:
@@ -50,7 +50,7 @@ class Outline:
         return np.stack([self.surface.vertices.min(axis=0), self.surface.vertices.max(axis=0)])
 
 
-def _body(part: BodyShell, element: float) -> Surface:
+def _body(part: BodyShell, element: float) -> TriangleMesh:
     table = np.array([(s.x_m, s.y_m, s.width_m, s.height_m, s.z_m, s.exponent) for s in part.sections])
     count = around(max(perimeter((w / 2, h / 2), e) for _, _, w, h, _, e in table), 0.75 * element)
     ends = [_body_ring(row, count) for row in table]
@@ -64,7 +64,7 @@ def _body_ring(row: np.ndarray, count: int) -> np.ndarray:
     return np.column_stack([np.full(count, x), flat[:, 0] + y, flat[:, 1] + z])
 
 
-def _panel(part: PanelShell, element: float) -> Surface:
+def _panel(part: PanelShell, element: float) -> TriangleMesh:
     table = np.array([(s.at_m, s.leading_edge_m, s.chord_m, s.depth_m, s.offset_m) for s in part.sections])
     count = around(max(perimeter((c / 2, d / 2)) for _, _, c, d, _ in table), 0.5 * element)
     ends = [_panel_ring(row, count, part.span) for row in table]
@@ -84,19 +84,19 @@ def _distances(rings: list[np.ndarray]) -> list[float]:
     return [float(np.linalg.norm(b - a, axis=1).max()) for a, b in pairwise(rings)]
 
 
-def join(meshes: dict[str, Surface]) -> Outline:
-    """Meshes of several parts as one, without any check."""
+def join(meshes: dict[str, TriangleMesh]) -> Outline:
+    """Join the meshes of several parts, without any check."""
     triangles, start = [], 0
     for mesh in meshes.values():
         triangles.append(mesh.triangles + start)
         start += len(mesh.vertices)
     vertices = np.concatenate([mesh.vertices for mesh in meshes.values()])
     part = np.repeat(np.arange(len(meshes)), [len(mesh.triangles) for mesh in meshes.values()])
-    return Outline(tuple(meshes), Surface(vertices, np.concatenate(triangles)), part)
+    return Outline(tuple(meshes), TriangleMesh(vertices, np.concatenate(triangles)), part)
 
 
 def outline(skin: Skin | DrawnOutline, *, element_m: float | None = None) -> Outline:
-    """The shells of an aircraft's skin as one mesh, or those that are drawn of an aircraft without one.
+    """Mesh the shells of an aircraft's skin, or of the outline of an aircraft without one.
 
     Parameters
     ----------
@@ -115,14 +115,16 @@ def outline(skin: Skin | DrawnOutline, *, element_m: float | None = None) -> Out
         If a part is open or degenerate, or parts cross each other or themselves: which part, where, what to do.
     """
     element = skin.element_m if element_m is None else element_m
-    meshes = {part.name: (_body if isinstance(part, BodyShell) else _panel)(part, element) for part in skin.parts}
+    meshes = {
+        part.name: _body(part, element) if isinstance(part, BodyShell) else _panel(part, element) for part in skin.parts
+    }
     if isinstance(skin, DrawnOutline):
         return checked(join(meshes), what="outline", apart=False)
     return checked(join(meshes))
 
 
 def checked(whole: Outline, *, what: str = "skin", apart: bool = True) -> Outline:
-    """The same outline, if its parts are closed and sound, and apart where they shall be.
+    """Check that the parts of an outline are closed and sound, and apart where they have to be.
 
     Raises
     ------
@@ -148,7 +150,7 @@ def checked(whole: Outline, *, what: str = "skin", apart: bool = True) -> Outlin
 
 
 def metal_obstacles(whole: Outline, points: np.ndarray) -> list[str | None]:
-    """For each place (p, 3) [m] the skin that is in the way of a sensor, with what is allowed; None where none is."""
+    """Return for each place (p, 3) [m] the skin too close to it, with what is allowed, or None."""
     near = distance_to_triangles(np.asarray(points, dtype=float), whole.surface.vertices[whole.surface.triangles])
     return [
         f"{row.min():.3g} m from skin part {whole.names[whole.part[np.argmin(row)]]!r}; "
@@ -160,7 +162,7 @@ def metal_obstacles(whole: Outline, points: np.ndarray) -> list[str | None]:
 
 
 def graded(whole: Outline, element: float, points: np.ndarray) -> Outline:
-    """The same outline with finer triangles where currents or their field change over a short way.
+    """Refine an outline where currents or their field change over a short distance.
 
     Where parts come close to each other, opposite currents flow face to face: edges there are no longer than
     ``PART_RATIO`` times the gap, or than half an ``element`` where the gap is smaller still. Near a point, they are

@@ -6,7 +6,7 @@ import numpy as np
 
 from magsim.aircraft.magnetics import Skin
 from magsim.arrays import readonly
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.refine import distance_to_triangles
 from magsim.field.metal.eddy import Modes
 from magsim.field.metal.skin.mesh import graded, outline
@@ -17,7 +17,7 @@ ORDERS = 6
 """Orders of lag that the modes hold exactly: 18 modes, with errors below 1e-9 at 0.5 Hz and 1e-6 at 5 Hz."""
 
 CHECK_HZ = 0.5
-"""Frequency at which the error of the modes is told."""
+"""Frequency at which the error of the modes is evaluated."""
 
 
 @dataclass(frozen=True)
@@ -50,16 +50,16 @@ class SkinModel:
                 object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
 
     @property
-    def surface(self) -> Surface:
+    def surface(self) -> TriangleMesh:
         """The mesh."""
-        return Surface(self.vertices, self.triangles)
+        return TriangleMesh(self.vertices, self.triangles)
 
     def at(self, points: np.ndarray) -> Modes:
-        """Modes with their field at places, (p, 3) [m] in body axes."""
+        """Return the modes with their field at places, (p, 3) [m] in body axes."""
         return Modes(self.tau_s, self.drive, stream_field(self.surface, self.streams, points))
 
     def truncation_error(self, points: np.ndarray) -> np.ndarray:
-        """Error of the modes at places (p, 3) [m] beside all currents at ``CHECK_HZ``, relative, (p,)."""
+        """Return the relative error of the modes at places (p, 3) [m] against all currents at ``CHECK_HZ``, (p,)."""
         omega = 2j * np.pi * CHECK_HZ
         modes, whole = self.at(points), stream_field(self.surface, self.whole, points)
         exact = whole[..., :3] + 1j * whole[..., 3:]
@@ -67,14 +67,14 @@ class SkinModel:
         return np.linalg.norm(got - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
 
     def resolved(self, points: np.ndarray) -> np.ndarray:
-        """Whether places (p, 3) [m] keep one edge of the mesh away from the metal, (p,) bool; nearer, it is coarse."""
+        """Return whether places (p, 3) [m] are farther from the metal than one edge of its mesh, (p,) bool."""
         corners = self.vertices[self.triangles]
         longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
         return np.all(distance_to_triangles(np.asarray(points, dtype=float), corners) >= longest, axis=1)
 
 
 def shells_of(skin: Skin, points: np.ndarray, *, element_m: float | None = None) -> ThinShells:
-    """The mesh of an aircraft's skin with its conductances, finer between near parts and around places.
+    """Return the mesh of a skin with its conductances, finer between near parts and around places.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def shells_of(skin: Skin, points: np.ndarray, *, element_m: float | None = None)
 
 
 def compute_skin(skin: Skin, points: np.ndarray) -> SkinModel:
-    """The model of a skin, computed anew; its mesh is fine enough for sensors at ``points`` (p, 3) [m].
+    """Compute the model of a skin with a mesh fine enough for sensors at ``points`` (p, 3) [m].
 
     Raises
     ------
@@ -107,7 +107,7 @@ def compute_skin(skin: Skin, points: np.ndarray) -> SkinModel:
 
 
 def load_skin(skin: Skin, points: np.ndarray) -> SkinModel:
-    """The same as ``compute_skin``, kept by content."""
+    """Return the result of ``compute_skin``, from the cache where it is known."""
     key = {"skin": skin.model_dump(mode="json"), "points": points}
     return SkinModel(**cached("skin", key, lambda: _solve(skin, points)))
 

@@ -7,15 +7,15 @@ form as that of loops of wire, with one unknown for each node. It holds where th
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import splu
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.panels import Panels, gradient, mutual_potentials
 from magsim.units import MU0
 
@@ -32,13 +32,13 @@ class ThinShells:
 
     Attributes
     ----------
-    surface : Surface
+    surface : TriangleMesh
         Each connected part consistently oriented.
     conductance_s : float or (t,) [S]
         Conductivity times thickness.
     """
 
-    surface: Surface
+    surface: TriangleMesh
     conductance_s: float | np.ndarray
 
     @cached_property
@@ -119,10 +119,8 @@ class ThinShells:
     def inductance(self) -> np.ndarray:
         """``L``, (c, c) [H]; symmetric positive definite."""
         potentials = mutual_potentials(self.panels)
-        total = 0.0
-        for part in self.currents:
-            turned = part.T.tocsr()
-            total = total + (turned @ (turned @ potentials).T)
+        turned = [part.T.tocsr() for part in self.currents]
+        total = reduce(np.add, [part @ (part @ potentials).T for part in turned])
         return 0.5 * MU0 * (total + total.T)
 
     @cached_property
@@ -137,7 +135,7 @@ class ThinShells:
         return np.column_stack(turns)
 
     def field(self, points: np.ndarray) -> np.ndarray:
-        """``S``: flux density of each unknown, (p, 3, c) [T/A]."""
+        """Return ``S``, the flux density of each unknown, (p, 3, c) [T/A]."""
         eye = sparse.eye_array(self.spread.shape[1]).toarray()
         return stream_field(self.surface, self.spread @ eye, points)
 
@@ -147,7 +145,7 @@ def _graph(tail: np.ndarray, head: np.ndarray, count: int) -> sparse.csr_array:
 
 
 def rim_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges that belong to one triangle alone: their tails and heads, (e,) int each.
+    """Return the edges of one triangle alone: their tails and heads, (e,) int each.
 
     Raises
     ------
@@ -170,20 +168,20 @@ def rim_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return tail[alone], head[alone]
 
 
-def stream_currents(surface: Surface, streams: np.ndarray) -> np.ndarray:
-    """Current per width in each triangle for stream functions (n, k) [A] on the nodes, (t, 3, k) [A/m]."""
+def stream_currents(surface: TriangleMesh, streams: np.ndarray) -> np.ndarray:
+    """Return the current per width in each triangle for stream functions (n, k) [A] on the nodes, (t, 3, k) [A/m]."""
     panels = Panels(surface.vertices[surface.triangles])
     opposite = np.roll(panels.corners, -2, axis=1) - np.roll(panels.corners, -1, axis=1)
     # grad w_i x n = (n x e_i) x n / (2 A) = e_i / (2 A) for an edge in the plane.
     return np.einsum("tix,tik->txk", opposite, streams[surface.triangles]) / (2.0 * panels.areas[:, None, None])
 
 
-def stream_field(surface: Surface, streams: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Flux density of stream functions, by the law of Biot and Savart over flat triangles.
+def stream_field(surface: TriangleMesh, streams: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the flux density of stream functions, by the law of Biot and Savart over flat triangles.
 
     Parameters
     ----------
-    surface : Surface
+    surface : TriangleMesh
     streams : (n, k) [A]
     points : (p, 3) [m]
 
@@ -222,7 +220,7 @@ class StreamModes:
 
 
 def driven_modes(shells: ThinShells, orders: int) -> StreamModes:
-    """Modes in the space of the currents that a changing uniform field drives.
+    """Return the modes in the space of the currents that a changing uniform field drives.
 
     The space is spanned by ``R^-1 F``, ``(R^-1 L) R^-1 F`` and so on: the currents of a field that climbs evenly, the
     first correction for their lag, and so on (A. Odabasioglu et al., IEEE Trans. CAD 17, 645 (1998)). For slow motion
@@ -265,7 +263,7 @@ def driven_modes(shells: ThinShells, orders: int) -> StreamModes:
 
 
 def phasor_streams(shells: ThinShells, frequency_hz: float, *, tolerance: float = 1e-10) -> np.ndarray:
-    """Stream functions in a field that swings, without any reduction, (n, 3) complex [A/T].
+    """Return the stream functions in a field that swings, without any reduction, (n, 3) complex [A/T].
 
     ``(R + i w L) psi = -i w F`` by iteration on the lag, which converges where ``w tau < 1``.
 
@@ -287,13 +285,3 @@ def phasor_streams(shells: ThinShells, frequency_hz: float, *, tolerance: float 
             return shells.spread @ total
     msg = f"the currents at {frequency_hz:g} Hz lag too far for a series; choose a lower frequency"
     raise ValueError(msg)
-
-
-def time_constants(shells: ThinShells, count: int) -> np.ndarray:
-    """The longest time constants, (count,) [s], of ``L u = tau R u``."""
-    resistance, inductance = shells.resistance, shells.inductance
-    shape = resistance.shape
-    inverse = LinearOperator(shape, matvec=splu(resistance).solve, dtype=float)
-    start = np.cos(np.arange(shape[0]))  # any fixed vector; a random one would change from run to run
-    tau = eigsh(inductance, k=count, M=resistance, Minv=inverse, which="LA", v0=start, return_eigenvectors=False)
-    return np.sort(tau)[::-1]

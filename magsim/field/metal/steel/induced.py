@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse.linalg import splu
 
-from magsim.field.geometry.meshes import Surface, Tetrahedra
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh
 from magsim.field.geometry.panels import Panels, gradient, hat_slopes, hessian, mutual_potentials
 from magsim.field.metal.steel.interior import interior_stiffness
 
@@ -28,7 +28,7 @@ from magsim.field.metal.steel.interior import interior_stiffness
 class Sheet:
     """Thin soft-magnetic sheet: a surface, its thickness [m] and its susceptibility ``mu_r - 1``."""
 
-    mesh: Surface
+    mesh: TriangleMesh
     thickness_m: float
     chi: float
 
@@ -42,18 +42,18 @@ class Solid:
 
 
 @dataclass(frozen=True)
-class Body:
+class ClosedBody:
     """Homogeneous soft-magnetic body: its closed surface, outward, and its susceptibility."""
 
-    mesh: Surface
+    mesh: TriangleMesh
     chi: float
 
 
-Part = Sheet | Solid | Body
+Part = Sheet | Solid | ClosedBody
 
 
 def _sheet_stiffness(sheet: Sheet, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Entries of K of a sheet: values, rows, columns."""
+    """Return the entries of K of a sheet: values, rows, columns."""
     triangles = sheet.mesh.triangles
     panels = Panels(sheet.mesh.vertices[triangles])
     weight = sheet.chi * sheet.thickness_m * panels.areas
@@ -61,7 +61,7 @@ def _sheet_stiffness(sheet: Sheet, offset: int) -> tuple[np.ndarray, np.ndarray,
 
 
 def cell_slopes(mesh: Tetrahedra) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes of the four linear functions of each cell, (e, 4, 3) [1/m], and the volumes of the cells, (e,) [m^3]."""
+    """Return slopes (e, 4, 3) [1/m] of the four linear functions of each cell, and volumes (e,) [m^3]."""
     corners = mesh.vertices[mesh.cells]
     jacobian = corners[:, 1:] - corners[:, :1]
     others = np.swapaxes(np.linalg.inv(jacobian), 1, 2)
@@ -70,13 +70,13 @@ def cell_slopes(mesh: Tetrahedra) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _solid_stiffness(solid: Solid, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Entries of K of a solid: values, rows, columns."""
+    """Return the entries of K of a solid: values, rows, columns."""
     slopes, volumes = cell_slopes(solid.mesh)
     return _entries(np.broadcast_to(solid.chi, len(volumes)) * volumes, slopes, solid.mesh.cells + offset)
 
 
 def _stiffness(part: Part, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sparse entries of K of a part: values, rows, columns; a body has none, its stiffness is full."""
+    """Return the sparse entries of K of a part: values, rows, columns; none of a body, whose K is full."""
     if isinstance(part, Sheet):
         return _sheet_stiffness(part, offset)
     if isinstance(part, Solid):
@@ -85,7 +85,7 @@ def _stiffness(part: Part, offset: int) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def charge_triangles(part: Part) -> np.ndarray:
-    """Triangles of a part that carry charge, (t, 3) int."""
+    """Return the triangles of a part that carry charge, (t, 3) int."""
     if isinstance(part, Solid):
         return charge_faces(part.mesh.cells, np.broadcast_to(part.chi, len(part.mesh.cells)))
     return part.mesh.triangles
@@ -99,7 +99,7 @@ def _entries(weight: np.ndarray, grads: np.ndarray, nodes: np.ndarray) -> tuple[
 
 
 def charge_faces(cells: np.ndarray, chi: np.ndarray) -> np.ndarray:
-    """Faces of tetrahedra that carry charge: the boundary, and inner faces where the susceptibility jumps.
+    """Return the charged faces of tetrahedra: the boundary, and inner faces where the susceptibility jumps.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def charge_faces(cells: np.ndarray, chi: np.ndarray) -> np.ndarray:
 
 
 def charge_field(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Field of charged triangles, (p, 3, k) [A/m].
+    """Return the field of charged triangles, (p, 3, k) [A/m].
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def charge_field(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.n
 
 
 def charge_gradient(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Derivatives by the place of ``charge_field``, indexed (p, i, k, j) [A/m^2]."""
+    """Return the derivatives by the place of ``charge_field``, indexed (p, i, k, j) [A/m^2]."""
     return np.stack([-np.einsum("tij,tk->ikj", hessian(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
 
 
@@ -149,12 +149,12 @@ class InducedModel:
 
     Parameters
     ----------
-    parts : sequence of Sheet, Solid or Body
+    parts : sequence of Sheet, Solid or ClosedBody
         They may not touch each other; bodies that touch belong into one mesh with a susceptibility for each cell.
 
     Attributes
     ----------
-    parts : tuple of Sheet, Solid or Body
+    parts : tuple of Sheet, Solid or ClosedBody
     starts : (parts + 1,) int
         Number of the first node of each part, and of all nodes.
     nodes : (n, 3) [m]
@@ -188,19 +188,19 @@ class InducedModel:
             self._full = [
                 (slice(starts[i], starts[i + 1]), part.chi * self._body(i, part, single))
                 for i, part in enumerate(parts)
-                if isinstance(part, Body)
+                if isinstance(part, ClosedBody)
             ]
             self._factorize(triangles, single)
         except LinAlgError as error:
             msg = "soft-magnetic bodies touch or overlap; leave a gap between them or merge their meshes"
             raise ValueError(msg) from error
 
-    def _body(self, number: int, part: Body, single: np.ndarray) -> np.ndarray:
+    def _body(self, number: int, part: ClosedBody, single: np.ndarray) -> np.ndarray:
         own = np.flatnonzero(self.part == number)
         return interior_stiffness(part.mesh, single[np.ix_(own, own)])
 
     def _factorize(self, triangles: np.ndarray, single: np.ndarray) -> None:
-        """Schur complement on the surface nodes: (K_bb - K_bi K_ii^-1 K_ib + M^T V^-1 M) phi_b = r."""
+        """Factorize the Schur complement on surface nodes: (K_bb - K_bi K_ii^-1 K_ib + M^T V^-1 M) phi_b = r."""
         surface = np.unique(triangles)
         self._surface, self._inner = surface, np.setdiff1d(np.arange(len(self.nodes)), surface)
         mass = np.zeros((len(triangles), len(surface)))
@@ -221,14 +221,14 @@ class InducedModel:
         self._schur = cho_factor(matrix, lower=True)
 
     def stiff(self, potential: np.ndarray) -> np.ndarray:
-        """K applied to potentials at the nodes, (n, k)."""
+        """Apply K to potentials at the nodes, (n, k)."""
         out = self._stiffness @ potential
         for nodes, full in self._full:
             out[nodes] += full @ potential[nodes]
         return out
 
     def charge(self, potential: np.ndarray) -> np.ndarray:
-        """Surface charge for given ambient potentials.
+        """Return the surface charge for given ambient potentials.
 
         Parameters
         ----------
@@ -242,7 +242,7 @@ class InducedModel:
         return self.solve(-self.stiff(potential))
 
     def solve(self, right: np.ndarray, defect: np.ndarray | None = None) -> np.ndarray:
-        """Surface charge with ``K phi + M^T sigma = right`` and ``V sigma = M phi - defect``.
+        """Solve ``K phi + M^T sigma = right`` and ``V sigma = M phi - defect`` for the surface charge.
 
         Parameters
         ----------
@@ -268,7 +268,7 @@ class InducedModel:
         return self.charge(-self.nodes)
 
     def response(self, points: np.ndarray, charge: np.ndarray | None = None) -> np.ndarray:
-        """Field of the charge, by default of a unit uniform field: ``D`` with ``B_induced = D B_0``.
+        """Return the field of the charge, by default of a unit uniform field: ``D`` with ``B_induced = D B_0``.
 
         Parameters
         ----------
@@ -283,11 +283,7 @@ class InducedModel:
         """
         return charge_field(self.panels, self.uniform if charge is None else charge, points)
 
-    def response_gradient(self, points: np.ndarray) -> np.ndarray:
-        """Derivatives ``dD_ik/dx_j`` of ``response``, indexed (p, i, k, j) [1/m]."""
-        return charge_gradient(self.panels, self.uniform, points)
-
     def moment(self, charge: np.ndarray | None = None) -> np.ndarray:
-        """Magnetic moment of the charge, (3, k) [A m^2]; by default the polarizability ``alpha`` (3, 3) [m^3]."""
+        """Return the moment of the charge, (3, k) [A m^2]; by default the polarizability ``alpha`` (3, 3) [m^3]."""
         charge = self.uniform if charge is None else charge
         return np.einsum("t,ti,tk->ik", self.panels.areas, self.panels.centroids, charge)

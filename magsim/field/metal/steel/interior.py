@@ -15,16 +15,16 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
 
-from magsim.field.geometry.meshes import Surface
+from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.panels import NEAR, RULE_3, RULE_7, RULE_28, TOUCHING, Panels, double_layer, hat_slopes
 
 
-def interior_stiffness(surface: Surface, single: np.ndarray) -> np.ndarray:
-    """Stiffness of a body of unit susceptibility on the nodes of its surface.
+def interior_stiffness(surface: TriangleMesh, single: np.ndarray) -> np.ndarray:
+    """Return the stiffness of a body of unit susceptibility on the nodes of its surface.
 
     Parameters
     ----------
-    surface : Surface
+    surface : TriangleMesh
         Closed and outward; several closed pieces and hollows are one body.
     single : (t, t) [m^3]
         ``mutual_potentials`` of its triangles.
@@ -46,8 +46,8 @@ def interior_stiffness(surface: Surface, single: np.ndarray) -> np.ndarray:
     return 0.5 * (out + out.T)
 
 
-def _flux(panels: Panels, surface: Surface) -> np.ndarray:
-    """``M/2 + K``, (t, n) [m^2]: far pairs by 3 x 3 points, near ones as in ``mutual_potentials``."""
+def _flux(panels: Panels, surface: TriangleMesh) -> np.ndarray:
+    """Return ``M/2 + K``, (t, n) [m^2]: far pairs by 3 x 3 points, near ones as in ``mutual_potentials``."""
     hats = _far(panels)
     longest = panels.lengths.max(axis=1)
     delta = cdist(panels.centroids, panels.centroids) / np.maximum.outer(longest, longest)
@@ -73,7 +73,7 @@ def _flux(panels: Panels, surface: Surface) -> np.ndarray:
 
 
 def _far(panels: Panels) -> np.ndarray:
-    """Double layers of the hat functions by 3 x 3 points, (t, t, 3) [m^2], times 4 pi; near pairs mean nothing."""
+    """Return 4 pi double layers of the hat functions by 3 x 3 points, (t, t, 3) [m^2]; near pairs are wrong."""
     points, count = panels.points(RULE_3[0]), len(panels)
     heights = np.einsum("tx,tx->t", panels.normals, panels.corners[:, 0])
     out = np.zeros((count, count, 3))

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Vehicle
@@ -18,15 +19,16 @@ from magsim.aircraft.magnetics import (
     Plate,
     Steel,
     Strip,
+    Tube,
 )
 from magsim.arrays import readonly
 from magsim.errors import RequestError
-from magsim.field.geometry.meshes import Surface, Tetrahedra, boundary, box_surface, cylinder
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, boundary, box_surface, cylinder
 from magsim.field.geometry.meshfile import placed, read_surface
 from magsim.field.geometry.panels import Panels
 from magsim.field.geometry.soundness import check_surface, element_sizes, first_touch, place, point_triangle, winding
 from magsim.field.metal.steel.induced import (
-    Body,
+    ClosedBody,
     InducedModel,
     Part,
     Sheet,
@@ -113,7 +115,7 @@ class SteelModel:
                 object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
 
     def at(self, points: np.ndarray, *, gradient: bool = True) -> SteelField:
-        """What the steel adds at places in the air.
+        """Return the field of the steel at places in the air.
 
         Parameters
         ----------
@@ -132,7 +134,7 @@ class SteelModel:
         return SteelField(field[..., :3], slope[..., :3, :], field[..., 3], slope[..., 3, :])
 
     def obstacles(self, points: np.ndarray, *, elements: float = KEEP_OFF) -> list[str | None]:
-        """For each place what steel is in the way, with what is allowed; None where there is none.
+        """Return for each place the steel too close to it, with what is allowed, or None.
 
         Parameters
         ----------
@@ -166,8 +168,8 @@ class SteelModel:
                 )
         return out
 
-    def check(self, places: Mapping[str, Sequence[float]], *, elements: float = KEEP_OFF) -> None:
-        """Refuse places inside metal or closer to it than its mesh can tell.
+    def check(self, places: Mapping[str, ArrayLike], *, elements: float = KEEP_OFF) -> None:
+        """Refuse places inside metal or closer to it than its mesh resolves.
 
         Parameters
         ----------
@@ -188,7 +190,7 @@ class SteelModel:
             raise RequestError("\n".join(lines))
 
 
-def _sheet_surface(part: Steel) -> Surface:
+def _sheet_surface(part: BoxSheet | Plate | Strip | Tube) -> TriangleMesh:
     if isinstance(part, BoxSheet):
         return box_surface(part.center_m, part.size_m, part.element_m)
     if isinstance(part, Plate):
@@ -213,7 +215,7 @@ def _solid(part: Bar | Cylinder | Loft) -> Tetrahedra:
     return loft(centers, sizes, np.array(part.across), part.element_m, round_section=part.shape == "ellipse")
 
 
-def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> Surface:
+def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> TriangleMesh:
     if part.file not in files:
         msg = "was not read with the aircraft; allowed: an aircraft that holds its files"
         raise ValueError(msg)
@@ -224,7 +226,7 @@ def _from_file(part: MeshPart, files: Mapping[str, bytes]) -> Surface:
 
 
 def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
-    """A part as the solver wants it. Its line may have led it through itself.
+    """Return a part for the solver; refuse one that crosses itself.
 
     Raises
     ------
@@ -234,12 +236,12 @@ def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
     chi = part.mu_r - 1.0
     if isinstance(part, MeshPart):
         surface = _from_file(part, files)
-        return Body(surface, chi) if part.thickness_m is None else Sheet(surface, part.thickness_m, chi)
+        return ClosedBody(surface, chi) if part.thickness_m is None else Sheet(surface, part.thickness_m, chi)
     if isinstance(part, Bar | Cylinder | Loft):
         mesh = _solid(part)
         walls = boundary(mesh)
         if isinstance(part, Loft):
-            check_surface(Surface(mesh.vertices, walls), closed=True)
+            check_surface(TriangleMesh(mesh.vertices, walls), closed=True)
         return Solid(mesh, chi)
     surface = _sheet_surface(part)
     if not isinstance(part, BoxSheet | Plate):
@@ -248,7 +250,7 @@ def _part(part: Steel, files: Mapping[str, bytes]) -> Part:
 
 
 def steel_parts(steel: Sequence[Steel], files: Mapping[str, bytes] | None = None) -> dict[str, Part]:
-    """All parts of an aircraft with their mirror images, by name.
+    """Return all parts of an aircraft with their mirror images, by name.
 
     Parameters
     ----------
@@ -269,8 +271,8 @@ def steel_parts(steel: Sequence[Steel], files: Mapping[str, bytes] | None = None
             file = f" ({part.file})" if isinstance(part, MeshPart) else ""
             msg = f"steel part {part.name!r}{file} {error}"
             raise RequestError(msg) from error
-        for name, mesh in zip(part.names, (made.mesh, mirrored(made.mesh)), strict=False):
-            out[name] = replace(made, mesh=mesh)
+        for name, sided in zip(part.names, (made, _mirrored(made)), strict=False):
+            out[name] = sided
     counts = {name: len(charge_triangles(part)) for name, part in out.items()}
     if sum(counts.values()) > MAX_PANELS:
         most = max(counts, key=lambda name: counts[name])
@@ -282,8 +284,15 @@ def steel_parts(steel: Sequence[Steel], files: Mapping[str, bytes] | None = None
     return out
 
 
+def _mirrored(part: Part) -> Part:
+    """Return a part on the other side of the aircraft."""
+    if isinstance(part, Solid):
+        return replace(part, mesh=mirrored(part.mesh))
+    return replace(part, mesh=mirrored(part.mesh))
+
+
 def _walls(part: Part) -> np.ndarray:
-    """Triangles around a solid part, outward, (w, 3, 3) [m]; none of a sheet."""
+    """Return the triangles around a solid part, outward, (w, 3, 3) [m]; none of a sheet."""
     if isinstance(part, Sheet):
         return np.empty((0, 3, 3))
     return part.mesh.vertices[boundary(part.mesh) if isinstance(part, Solid) else part.mesh.triangles]
@@ -318,7 +327,7 @@ def check_apart(parts: Mapping[str, Part]) -> None:
 
 
 def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mapping[str, bytes]) -> Arrays:
-    """Arrays of a ``SteelModel`` by name."""
+    """Return the arrays of a ``SteelModel`` by name."""
     parts = steel_parts(steel, files)
     check_apart(parts)
     # LU and Cholesky give other last bits on another number of threads.
@@ -351,12 +360,12 @@ def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mappin
 
 
 def file_digests(aircraft: Vehicle) -> dict[str, str]:
-    """SHA-256 of the files of triangles of an aircraft, by name."""
+    """Return SHA-256 of the files of triangles of an aircraft, by name."""
     return {name: hashlib.sha256(content).hexdigest() for name, content in aircraft.files.items()}
 
 
 def compute_steel(aircraft: Vehicle) -> SteelModel:
-    """The magnetized steel of an aircraft, computed anew on one thread.
+    """Compute the magnetized steel of an aircraft on one thread.
 
     Parameters
     ----------
@@ -372,7 +381,7 @@ def compute_steel(aircraft: Vehicle) -> SteelModel:
 
 
 def load_steel(aircraft: Vehicle) -> SteelModel:
-    """The same as ``compute_steel``, kept by content: the first call computes, later ones read."""
+    """Return the result of ``compute_steel``, from the cache where it is known."""
     return _model(aircraft, lambda key, make: cached("steel", key, make))
 
 
@@ -382,7 +391,7 @@ def _model(aircraft: Vehicle, get: Callable[[dict[str, object], Callable[[], Arr
     if not steel:
         none = np.empty((0, 3, 3))
         return SteelModel((), none, np.empty(0), np.empty((0, 3)), np.empty(0), np.zeros((3, 3)), none, np.empty(0))
-    key = {
+    key: dict[str, object] = {
         "steel": [part.model_dump(mode="json", exclude={"source"}) for part in steel],
         "dipoles": [dipole.model_dump(mode="json", exclude={"source"}) for dipole in dipoles],
         "files": file_digests(aircraft),

@@ -17,13 +17,13 @@ RULE_4 = np.full((4, 4), 0.1381966011250105) + (0.5854101966249685 - 0.138196601
 
 
 def dipole_potential(position: np.ndarray, moment: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Magnetic scalar potential of a dipole, (...,) [A]."""
+    """Return the magnetic scalar potential of a dipole, (...,) [A]."""
     ray = points - position
     return np.einsum("...x,x->...", ray, moment) / (4.0 * np.pi * np.linalg.norm(ray, axis=-1) ** 3)
 
 
 def _field(position: np.ndarray, moment: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Field of a dipole, (..., 3) [A/m]."""
+    """Return the field of a dipole, (..., 3) [A/m]."""
     ray = points - position
     dist = np.linalg.norm(ray, axis=-1, keepdims=True)
     along = np.einsum("...x,x->...", ray, moment)[..., None]
@@ -31,7 +31,7 @@ def _field(position: np.ndarray, moment: np.ndarray, points: np.ndarray) -> np.n
 
 
 def _flux(part: Part, position: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """Integral of ``chi H_0 . grad w`` for each node of a part, (n,) [A m], by quadrature."""
+    """Return the integral of ``chi H_0 . grad w`` for each node of a part, (n,) [A m], by quadrature."""
     vertices, out = part.mesh.vertices, np.zeros(len(part.mesh.vertices))
     if isinstance(part, Solid):
         slopes, volumes = cell_slopes(part.mesh)
@@ -56,7 +56,7 @@ def _flux(part: Part, position: np.ndarray, moment: np.ndarray) -> np.ndarray:
 
 
 def _weak_share(part: Part, position: np.ndarray) -> float:
-    """How much of the dipole's field the part's own field leaves over, from 0 to 1."""
+    """Return the share of the dipole's field that the part's own field leaves, from 0 to 1."""
     if isinstance(part, Sheet):
         dist = np.linalg.norm(part.mesh.vertices - position, axis=1).min()
         return float(1.0 / (1.0 + part.chi * part.thickness_m / dist))
@@ -64,7 +64,7 @@ def _weak_share(part: Part, position: np.ndarray) -> float:
 
 
 def dipole_charge(model: InducedModel, position: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """Surface charge that a dipole induces in all parts, (t,) [A/m].
+    """Return the surface charge that a dipole induces in all parts, (t,) [A/m].
 
     Parameters
     ----------

@@ -6,17 +6,20 @@ angle whose cosine they are, which restores the second order that equal elements
 
 import itertools
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 
-from magsim.field.geometry.meshes import Surface, Tetrahedra, disc_grid, extrude
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, disc_grid, extrude
+
+Mesh = TypeVar("Mesh", TriangleMesh, Tetrahedra)
 
 LIMIT = 65_536
 """Most vertices of a part; the cost grows with the cube of the triangles long before."""
 
 
 def graded(length: float, element: float) -> np.ndarray:
-    """Places from 0 to ``length``, close at both ends and nowhere further apart than ``element``."""
+    """Return places from 0 to ``length``, close at both ends and nowhere farther apart than ``element``."""
     count = max(2, int(np.ceil(0.5 * np.pi * length / element - 1e-9)))
     _check_count(count)
     return 0.5 * length * (1.0 - np.cos(np.pi * np.arange(count + 1) / count))
@@ -29,7 +32,7 @@ def _check_count(count: float) -> None:
 
 
 def grid_triangles(rows: int, columns: int, *, closed: bool = False) -> np.ndarray:
-    """Triangles of a grid of ``rows x columns`` points; ``closed``: the last column meets the first."""
+    """Return the triangles of a grid of ``rows x columns`` points; ``closed``: the last column meets the first."""
     number = np.arange(rows * columns).reshape(rows, columns)
     if closed:
         number = np.column_stack([number, number[:, 0]])
@@ -40,8 +43,8 @@ def grid_triangles(rows: int, columns: int, *, closed: bool = False) -> np.ndarr
 
 def plate(
     center: Sequence[float], normal: Sequence[float], along: Sequence[float], size: Sequence[float], element: float
-) -> Surface:
-    """Flat rectangle.
+) -> TriangleMesh:
+    """Return a flat rectangle.
 
     Parameters
     ----------
@@ -57,11 +60,11 @@ def plate(
     u, v = graded(size[0], element) - 0.5 * size[0], graded(size[1], element) - 0.5 * size[1]
     _check_count(len(u) * len(v))
     points = np.asarray(center) + u[:, None, None] * first + v[None, :, None] * second
-    return Surface(points.reshape(-1, 3), grid_triangles(len(u), len(v)))
+    return TriangleMesh(points.reshape(-1, 3), grid_triangles(len(u), len(v)))
 
 
 def _stations(points: np.ndarray, element: float, *, fine_ends: bool) -> list[np.ndarray]:
-    """For each piece of a polyline the shares at which it has a section, from 0 to 1; both ends are in."""
+    """Return for each piece of a polyline the shares at which it has a section, from 0 to 1, both included."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     stops = np.concatenate([[0.0], np.cumsum(lengths)])
     total, out = stops[-1], []
@@ -80,20 +83,20 @@ def _stations(points: np.ndarray, element: float, *, fine_ends: bool) -> list[np
 
 
 def directions(points: np.ndarray) -> np.ndarray:
-    """Unit vectors along the pieces of a polyline, (k, 3)."""
+    """Return the unit vectors along the pieces of a polyline, (k, 3)."""
     steps = np.diff(points, axis=0)
     return steps / np.linalg.norm(steps, axis=1, keepdims=True)
 
 
 def _turn(start: np.ndarray, stop: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) turned by the smallest rotation that takes one unit vector to another."""
+    """Turn vectors (..., 3) by the smallest rotation from one unit vector to another."""
     axis, cos = np.cross(start, stop), float(start @ stop)
     along = np.einsum("...x,x->...", vectors, axis)[..., None]
     return cos * vectors + np.cross(axis, vectors) + along * axis / (1.0 + cos)
 
 
 def sweep(profile: np.ndarray, points: np.ndarray, facing: np.ndarray, element: float) -> np.ndarray:
-    """A profile carried along a polyline, mitered at its corners.
+    """Sweep a profile along a polyline, mitered at its corners.
 
     Parameters
     ----------
@@ -129,17 +132,17 @@ def sweep(profile: np.ndarray, points: np.ndarray, facing: np.ndarray, element: 
     return np.concatenate(sections)
 
 
-def strip(points: np.ndarray, facing: np.ndarray, width: float, element: float) -> Surface:
-    """Flat strip along a polyline, its face toward ``facing``; at least four elements wide."""
+def strip(points: np.ndarray, facing: np.ndarray, width: float, element: float) -> TriangleMesh:
+    """Return a flat strip along a polyline, its face toward ``facing``, at least four elements wide."""
     sides = graded(width, min(element, 0.4 * width)) - 0.5 * width
     profile = np.column_stack([sides, np.zeros_like(sides)])
     sections = sweep(profile, points, facing, element)
     _check_count(sections.size / 3)
-    return Surface(sections.reshape(-1, 3), grid_triangles(*sections.shape[:2]))
+    return TriangleMesh(sections.reshape(-1, 3), grid_triangles(*sections.shape[:2]))
 
 
-def tube(points: np.ndarray, radius: float, sides: int, element: float, *, closed: bool) -> Surface:
-    """Round tube along a polyline as a prism of the same circumference; ``closed``: with a disc at both ends."""
+def tube(points: np.ndarray, radius: float, sides: int, element: float, *, closed: bool) -> TriangleMesh:
+    """Return a round tube along a polyline as a prism of the same circumference; ``closed``: with end discs."""
     angle = 2.0 * np.pi * np.arange(sides) / sides
     corner = radius * np.pi / (sides * np.sin(np.pi / sides))
     profile = corner * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -156,11 +159,11 @@ def tube(points: np.ndarray, radius: float, sides: int, element: float, *, close
         last[:, 1:] += count - sides
         vertices = np.vstack([vertices, points[0], points[-1]])
         triangles = np.concatenate([triangles, first, last])
-    return Surface(vertices, triangles[:, ::-1].copy())
+    return TriangleMesh(vertices, triangles[:, ::-1].copy())
 
 
 def rectangle_grid(across: int, up: int) -> tuple[np.ndarray, np.ndarray]:
-    """Square from -1/2 to 1/2 in both directions: points (n, 2), triangles (t, 3)."""
+    """Return a square from -1/2 to 1/2 in both directions: points (n, 2), triangles (t, 3)."""
     u, v = np.linspace(-0.5, 0.5, across + 1), np.linspace(-0.5, 0.5, up + 1)
     points = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
     return points, grid_triangles(across + 1, up + 1)
@@ -169,7 +172,7 @@ def rectangle_grid(across: int, up: int) -> tuple[np.ndarray, np.ndarray]:
 def loft(
     centers: np.ndarray, sizes: np.ndarray, across: np.ndarray, element: float, *, round_section: bool = False
 ) -> Tetrahedra:
-    """Solid through rectangles or ellipses: a bar of two sections, a bent and tapered leg of more.
+    """Return the solid through rectangles or ellipses: a bar of two sections, a bent and tapered leg of more.
 
     Parameters
     ----------
@@ -205,9 +208,9 @@ def loft(
     return extrude(stack, triangles)
 
 
-def mirrored(mesh: Surface | Tetrahedra) -> Surface | Tetrahedra:
-    """The mesh on the other side of the plane y = 0."""
+def mirrored(mesh: Mesh) -> Mesh:
+    """Return the mesh on the other side of the plane y = 0."""
     vertices = mesh.vertices * np.array([1.0, -1.0, 1.0])
-    if isinstance(mesh, Surface):
-        return Surface(vertices, mesh.triangles[:, ::-1].copy())
+    if isinstance(mesh, TriangleMesh):
+        return TriangleMesh(vertices, mesh.triangles[:, ::-1].copy())
     return Tetrahedra(vertices, mesh.cells, mesh.layer)

@@ -4,22 +4,17 @@ import numpy as np
 import pytest
 import trimesh
 
-from magsim.field.geometry.meshes import Surface, icosphere
+from magsim.field.geometry.meshes import TriangleMesh, icosphere
 from magsim.field.geometry.meshfile import MAX_TRIANGLES, placed, read_surface
 from magsim.field.geometry.soundness import check_surface
+from tests.support.exported import exported
 
 SPHERE = icosphere(2, 0.5)
 
 
-def exported(kind: str, surface: Surface = SPHERE, **options: object) -> bytes:
-    """The surface as a file of that kind."""
-    content = trimesh.Trimesh(surface.vertices, surface.triangles, process=False).export(file_type=kind, **options)
-    return content if isinstance(content, bytes) else content.encode()
-
-
 @pytest.mark.parametrize(("kind", "form"), [("stl", "stl"), ("stl_ascii", "stl"), ("ply", "ply"), ("obj", "obj")])
 def test_formats(kind: str, form: str) -> None:
-    surface = read_surface(exported(kind), form)
+    surface = read_surface(exported(kind, SPHERE), form)
     assert len(surface.triangles) == 320
     assert len(surface.vertices) == 162
     check_surface(surface, closed=True)
@@ -28,14 +23,14 @@ def test_formats(kind: str, form: str) -> None:
 
 
 def test_ascii_ply() -> None:
-    assert len(read_surface(exported("ply", encoding="ascii"), "ply").triangles) == 320
+    assert len(read_surface(exported("ply", SPHERE, encoding="ascii"), "ply").triangles) == 320
 
 
 GARBAGE = {
     "nothing": b"",
     "text": b"this is not a mesh\n" * 20,
     "zeros": bytes(200),
-    "cut off": exported("stl")[:900],
+    "cut off": exported("stl", SPHERE)[:900],
     "huge count": b"\0" * 80 + b"\xff\xff\xff\xff" + bytes(100),
     "ply of a trillion": b"ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\nend_header\n1\n",
     "ply without faces": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
@@ -67,13 +62,13 @@ def test_what_a_file_names_is_not_opened(tmp_path, monkeypatch: pytest.MonkeyPat
     opened = []
     real = open
     monkeypatch.setattr("builtins.open", lambda *a, **k: opened.append(a[0]) or real(*a, **k))
-    content = b"mtllib secret.mtl\nusemtl a\n" + exported("obj")
+    content = b"mtllib secret.mtl\nusemtl a\n" + exported("obj", SPHERE)
     assert len(read_surface(content, "obj").triangles) == 320
     assert not [name for name in opened if "secret" in str(name)]
 
 
 def test_units_and_axes() -> None:
-    surface = Surface(np.array([[1000.0, 200.0, 30.0]]), np.zeros((1, 3), dtype=int))
+    surface = TriangleMesh(np.array([[1000.0, 200.0, 30.0]]), np.zeros((1, 3), dtype=int))
     here = placed(surface, unit_m=0.001, structural=True, position=np.array([0.5, 0.0, 0.0]))
     np.testing.assert_allclose(here.vertices, [[-0.5, 0.2, -0.03]])
     there = placed(surface, unit_m=0.001, structural=False, position=np.zeros(3))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from magsim.field.geometry.meshes import Surface, Tetrahedra, ball, boundary, cylinder
+from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, ball, boundary, cylinder
 from magsim.field.geometry.soundness import check_surface
 from magsim.field.metal.steel.induced import InducedModel, Sheet, Solid
 from magsim.field.metal.steel.model import steel_parts
@@ -16,12 +16,12 @@ LENGTH = 2.0 + np.sqrt(0.5)
 CHI = 1e-6
 
 
-def _trimesh(surface: Surface) -> trimesh.Trimesh:
+def _trimesh(surface: TriangleMesh) -> trimesh.Trimesh:
     return trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
 
 
 def _volume(mesh: Tetrahedra) -> float:
-    return _trimesh(Surface(mesh.vertices, boundary(mesh))).volume
+    return _trimesh(TriangleMesh(mesh.vertices, boundary(mesh))).volume
 
 
 def test_graded_places_are_close_at_both_ends() -> None:
@@ -91,7 +91,7 @@ def test_boundary_is_closed_outward_and_whole() -> None:
         (ball(2, [0.2, 0.5]), 4.0 / 3.0 * np.pi * 0.125),
         (cylinder((1.0, 0.0, 0.0), (0.0, 0.6, 0.8), radius=0.2, length=0.7, rings=3, layers=4), np.pi * 0.04 * 0.7),
     ):
-        body = _trimesh(Surface(mesh.vertices, boundary(mesh)))
+        body = _trimesh(TriangleMesh(mesh.vertices, boundary(mesh)))
         assert body.is_watertight
         assert body.volume == pytest.approx(volume, rel=1e-12)
 

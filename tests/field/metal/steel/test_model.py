@@ -14,8 +14,8 @@ from magsim.field.geometry.meshfile import MAX_TRIANGLES
 from magsim.field.metal.steel.model import MAX_PANELS, SteelModel, load_steel
 from magsim.field.sources.dipoles import dipole_field
 from magsim.units import MU0
-from tests.field.test_meshfile import exported
 from tests.support import bodies
+from tests.support.exported import exported
 from tests.support.steel_kinds import ALL_KINDS, BALLAST, FIREWALL, LEG, MOUNT, RAIL, TANK, magnetics
 
 FACTS = load_aircraft("c208b").facts

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.aircraft import magnetics
+from magsim.aircraft.magnetics import FlexMode
 from magsim.field.situation import Situation
 from magsim.field.stepping import derivative, first_order
 from magsim.frames import rotate_back
@@ -22,8 +22,8 @@ REACH_M = 0.01
 
 
 @dataclass(frozen=True)
-class FlexMode:
-    """One mode of bending, as the mount feels it.
+class BendingMode:
+    """One mode of bending, by its effect at the mount.
 
     Attributes
     ----------
@@ -44,9 +44,20 @@ class FlexMode:
     participation: float
     tilt: np.ndarray
 
+    @classmethod
+    def of(cls, mode: FlexMode) -> "BendingMode":
+        """Return a mode of the aircraft file."""
+        return cls(
+            direction=np.array(mode.direction),
+            frequency_hz=mode.frequency_hz,
+            damping=mode.damping,
+            participation=mode.participation,
+            tilt=np.array(mode.tilt_radpm),
+        )
+
 
 def specific_force(motion: Trajectory, rot_nb: np.ndarray, step_s: float, place_b: np.ndarray) -> np.ndarray:
-    """What an accelerometer that is fixed at a place of the rigid aircraft would read, body axes.
+    """Return the reading of an accelerometer fixed at a place of the rigid aircraft, body axes.
 
     The rotation of the Earth and of the local frame is left out: below 0.02 m/s^2 at 100 m/s.
 
@@ -71,15 +82,15 @@ def specific_force(motion: Trajectory, rot_nb: np.ndarray, step_s: float, place_
     return out
 
 
-def bend(mode: FlexMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
-    """Deflection of one mode under a specific force.
+def bend(mode: BendingMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
+    """Return the deflection of one mode under a specific force.
 
     ``x'' + 2 d w x' + w^2 x = -p e . (f - f_rest)`` with ``f_rest = (0, 0, -g)``, stepped exactly for a force that is
     straight between samples; it begins at rest where the first force holds it.
 
     Parameters
     ----------
-    mode : FlexMode
+    mode : BendingMode
     force_b : (n, 3) [m/s^2]
     step_s : float [s]
 
@@ -93,17 +104,6 @@ def bend(mode: FlexMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
     drive = -mode.participation * np.einsum("ni,i->n", force_b - np.array([0.0, 0.0, -G0]), mode.direction)
     # x = Im q / ringing for dq/dt = rate q + drive; at rest q = -drive / rate.
     return first_order(rate, drive.astype(complex), step_s, np.asarray(-drive[0] / rate)).imag / ringing
-
-
-def mode_of(told: magnetics.FlexMode) -> FlexMode:
-    """A mode of the aircraft file."""
-    return FlexMode(
-        direction=np.array(told.direction),
-        frequency_hz=told.frequency_hz,
-        damping=told.damping,
-        participation=told.participation,
-        tilt=np.array(told.tilt_radpm),
-    )
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Bending:
 
     @classmethod
     def of(cls, situation: Situation) -> "Bending":
-        """Bending of all mounts that carry a sensor; of none where ``field.flex`` is off."""
+        """Return the bending of all mounts that carry a sensor; of none where ``field.flex`` is off."""
         settings, step_s = situation.scenario.field.flex, situation.step_s
         shifts, tilts = {}, {}
         for name, place in zip(situation.mounts, situation.positions_m, strict=True):
@@ -131,7 +131,7 @@ class Bending:
             force_b = specific_force(situation.motion, situation.rot_nb, step_s, place)
             shifts[name] = np.zeros_like(force_b)
             tilts[name] = np.zeros_like(force_b)
-            for mode in map(mode_of, modes):
+            for mode in map(BendingMode.of, modes):
                 way = settings.scale * bend(mode, force_b, step_s)[:, None]
                 shifts[name] += way * mode.direction
                 tilts[name] += way * mode.tilt
@@ -139,7 +139,7 @@ class Bending:
 
 
 def places_around(situation: Situation, bending: Bending) -> dict[str, np.ndarray]:
-    """Places on both sides of each mount that bends, along each axis, for the gradient of all that is felt there."""
+    """Return places on both sides of each bending mount along each axis, for the gradient of the field."""
     return {
         f"{name}/{sign:+d}{axis}": situation.magnetics.mounts[name].position_m + sign * REACH_M * np.eye(3)[k]
         for name in bending.shifts_b
@@ -149,7 +149,7 @@ def places_around(situation: Situation, bending: Bending) -> dict[str, np.ndarra
 
 
 def moved(around: np.ndarray, shifts_b: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Change of one part of the field by the bending, to first order.
+    """Return the change of one part of the field by the bending, to first order.
 
     Parameters
     ----------

@@ -3,47 +3,47 @@
 import numpy as np
 import pytest
 
-from magsim.field.geometry.meshes import Surface, box_surface, icosphere
+from magsim.field.geometry.meshes import TriangleMesh, box_surface, icosphere
 from magsim.field.geometry.soundness import check_surface, first_touch, point_triangle, triangle_distance, winding
 
 SPHERE = icosphere(2, 0.5)
 
 
-def _joined(*surfaces: Surface) -> Surface:
+def _joined(*surfaces: TriangleMesh) -> TriangleMesh:
     starts = np.cumsum([0, *(len(s.vertices) for s in surfaces)])
     triangles = [s.triangles + start for s, start in zip(surfaces, starts, strict=False)]
-    return Surface(np.vstack([s.vertices for s in surfaces]), np.vstack(triangles))
+    return TriangleMesh(np.vstack([s.vertices for s in surfaces]), np.vstack(triangles))
 
 
-def _moved(surface: Surface, *step: float) -> Surface:
-    return Surface(surface.vertices + np.array(step), surface.triangles)
+def _moved(surface: TriangleMesh, *step: float) -> TriangleMesh:
+    return TriangleMesh(surface.vertices + np.array(step), surface.triangles)
 
 
-def _flipped(surface: Surface) -> Surface:
-    return Surface(surface.vertices, surface.triangles[:, ::-1].copy())
+def _flipped(surface: TriangleMesh) -> TriangleMesh:
+    return TriangleMesh(surface.vertices, surface.triangles[:, ::-1].copy())
 
 
-def _one_flipped() -> Surface:
+def _one_flipped() -> TriangleMesh:
     triangles = SPHERE.triangles.copy()
     triangles[7] = triangles[7, ::-1]
-    return Surface(SPHERE.vertices, triangles)
+    return TriangleMesh(SPHERE.vertices, triangles)
 
 
-def _corner_through() -> Surface:
+def _corner_through() -> TriangleMesh:
     vertices = SPHERE.vertices.copy()
     vertices[10] *= -1.3
-    return Surface(vertices, SPHERE.triangles)
+    return TriangleMesh(vertices, SPHERE.triangles)
 
 
-def _flat_triangle() -> Surface:
+def _flat_triangle() -> TriangleMesh:
     vertices = SPHERE.vertices.copy()
     a, b, c = SPHERE.triangles[0]
     vertices[a] = 0.5 * (vertices[b] + vertices[c])
-    return Surface(vertices, SPHERE.triangles)
+    return TriangleMesh(vertices, SPHERE.triangles)
 
 
-FOLDED = Surface(np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, 0.6, 0]]), np.array([[0, 1, 2], [1, 0, 3]]))
-FIN = Surface(
+FOLDED = TriangleMesh(np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, 0.6, 0]]), np.array([[0, 1, 2], [1, 0, 3]]))
+FIN = TriangleMesh(
     np.vstack([box_surface((0, 0, 0), (1, 1, 1), 1.0).vertices, [[0.0, 0.0, 2.0]]]),
     np.vstack([box_surface((0, 0, 0), (1, 1, 1), 1.0).triangles, [[0, 1, 8]]]),
 )
@@ -54,13 +54,16 @@ SOUND = {
     "hollow sphere": _joined(SPHERE, _flipped(icosphere(2, 0.3))),
 }
 BAD = {
-    "open": (Surface(SPHERE.vertices, SPHERE.triangles[3:]), r"is open: \d+ edges, the first at \("),
+    "open": (TriangleMesh(SPHERE.vertices, SPHERE.triangles[3:]), r"is open: \d+ edges, the first at \("),
     "one triangle inward": (_one_flipped(), "turned partly inward: 3 edges"),
     "fin": (FIN, "is open: 2 edges"),
     "spheres that cross": (_joined(SPHERE, _moved(SPHERE, 0.6, 0.0, 0.0)), r"crosses or touches itself near \("),
     "corner through the other side": (_corner_through(), "crosses or touches itself"),
     "flat triangle": (_flat_triangle(), "has degenerate triangles, 1 of them, the first at"),
-    "twice": (Surface(SPHERE.vertices, np.vstack([SPHERE.triangles, SPHERE.triangles[:1]])), "same triangle twice at"),
+    "twice": (
+        TriangleMesh(SPHERE.vertices, np.vstack([SPHERE.triangles, SPHERE.triangles[:1]])),
+        "same triangle twice at",
+    ),
     "sphere in a sphere": (_joined(SPHERE, icosphere(2, 0.3)), "turned the wrong way or lies in another"),
     "one of two inward": (_joined(SPHERE, _flipped(_moved(SPHERE, 1.1, 0.0, 0.0))), "turned the wrong way"),
 }
@@ -86,7 +89,7 @@ def test_a_mesh_that_is_inside_out_as_a_whole_is_turned() -> None:
 
 
 def test_a_sheet_may_be_open_but_not_folded() -> None:
-    check_surface(Surface(SPHERE.vertices, SPHERE.triangles[3:]), closed=False)
+    check_surface(TriangleMesh(SPHERE.vertices, SPHERE.triangles[3:]), closed=False)
     check_surface(_one_flipped(), closed=False)
     with pytest.raises(ValueError, match="crosses or touches itself"):
         check_surface(FOLDED, closed=False)

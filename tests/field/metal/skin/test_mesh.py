@@ -12,7 +12,7 @@ from magsim.aircraft import Aircraft, Magnetics, load_aircraft
 from magsim.aircraft.magnetics import DrawnOutline, Skin
 from magsim.errors import RequestError
 from magsim.field import compute_response, load_response, obstacles
-from magsim.field.geometry.meshes import Surface, box_surface, icosphere
+from magsim.field.geometry.meshes import TriangleMesh, box_surface, icosphere
 from magsim.field.geometry.refine import distance_to_triangles, refine
 from magsim.field.metal.skin.lofts import ellipse, superellipse, volume
 from magsim.field.metal.skin.mesh import Outline, checked, graded, join, outline
@@ -168,7 +168,7 @@ def test_slow_currents_converge_near_the_metal_and_far_from_it(small: SkinModel)
 def test_open_part() -> None:
     mesh = icosphere(1, 1.0)
     with pytest.raises(ValueError, match=r"'dome' is open: 3 edges, the first at \(.*\) m; .* fill the holes"):
-        checked(join({"dome": Surface(mesh.vertices, mesh.triangles[1:])}))
+        checked(join({"dome": TriangleMesh(mesh.vertices, mesh.triangles[1:])}))
 
 
 def test_part_with_a_triangle_turned_over() -> None:
@@ -176,7 +176,7 @@ def test_part_with_a_triangle_turned_over() -> None:
     triangles = mesh.triangles.copy()
     triangles[0] = triangles[0, ::-1]
     with pytest.raises(ValueError, match=r"'ball' is turned partly inward: 3 edges, .* make all triangles outward"):
-        checked(join({"ball": Surface(mesh.vertices, triangles)}))
+        checked(join({"ball": TriangleMesh(mesh.vertices, triangles)}))
 
 
 def test_part_with_a_sliver() -> None:
@@ -185,7 +185,7 @@ def test_part_with_a_sliver() -> None:
     a, b, c = mesh.triangles[0]
     flat[a] = 0.5 * (flat[b] + flat[c])
     with pytest.raises(ValueError, match=r"'flat' has degenerate triangles, .* the first at \(.*\) m"):
-        checked(join({"flat": Surface(flat, mesh.triangles)}))
+        checked(join({"flat": TriangleMesh(flat, mesh.triangles)}))
 
 
 def test_parts_that_cross() -> None:

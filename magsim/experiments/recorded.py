@@ -1,0 +1,91 @@
+"""What sets the strengths of an aircraft's sources along a recorded flight."""
+
+from datetime import datetime
+
+import numpy as np
+
+from magsim import columns, signals
+from magsim.aircraft.magnetics import HingedDipole, Magnetics
+from magsim.earth import decimal_years, igrf
+from magsim.errors import RequestError
+from magsim.field.metal.eddy import Modes, slow_states
+from magsim.field.sources.rotors import ShaftDipole, mean_moment
+from magsim.frames import rot_nb_from_attitude, rotate_back
+from magsim.recording import Recording
+from magsim.scenario import FieldSettings
+
+
+class RecordedExcitation:
+    """The excitation of a recorded flight, with the main field as the only background.
+
+    Feeders whose current is not recorded carry none, surfaces whose deflection is not recorded rest. Of a rotor the
+    mean over whole turns counts: its tones are far above the band.
+
+    Parameters
+    ----------
+    recording : Recording
+        With attitude and position, by truth where it is known, else by the INS.
+    magnetics : Magnetics
+        Of the aircraft.
+    settings : FieldSettings
+        Which parts are on, and how.
+
+    Raises
+    ------
+    RequestError
+        If the recording lacks attitude, position, height or date.
+    """
+
+    def __init__(self, recording: Recording, magnetics: Magnetics, settings: FieldSettings) -> None:
+        self.magnetics, self.settings = magnetics, settings
+        self.ambient_b = background(recording)
+        self.step_s = 1.0 / recording.rate_hz
+        self._rate_b = signals.spline_derivative(self.ambient_b, recording.rate_hz)
+        self._curve_b = signals.spline_derivative(self._rate_b, recording.rate_hz)
+        names = {feeder.name: columns.CURRENT.name(feeder=feeder.name) for feeder in magnetics.feeders}
+        self.currents_a = {feeder: recording[name] for feeder, name in names.items() if name in recording}
+        surfaces = {d.surface: columns.SURFACE.name(surface=d.surface) for d in magnetics.hinged}
+        self._angles = {surface: np.radians(recording[name]) for surface, name in surfaces.items() if name in recording}
+
+    def eddy_states(self, modes: Modes) -> np.ndarray:
+        """Return the states of the eddy-current modes to first order in their time constants, (n, k)."""
+        return slow_states(modes, self._rate_b, self._curve_b)
+
+    def deflection(self, dipole: HingedDipole) -> tuple[np.ndarray, np.ndarray]:
+        """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it is not recorded."""
+        angle = self._angles.get(dipole.surface, np.zeros(1))
+        return np.cos(angle), np.sin(angle)
+
+    def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
+        """Return the mean moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""
+        del rotor
+        return mean_moment(source, self.ambient_b)
+
+
+def _angle(recording: Recording, name: str) -> np.ndarray:
+    for family in (columns.TRUE_ATTITUDE, columns.INS_ATTITUDE):
+        column = family.name(angle=name)
+        if column in recording:
+            return np.radians(recording[column])
+    msg = f"recording {recording.name!r} has no {name}; a map needs attitude and position"
+    raise RequestError(msg)
+
+
+def background(recording: Recording) -> np.ndarray:
+    """Return IGRF-14 along a recording in body axes, (n, 3) [nT].
+
+    Raises
+    ------
+    RequestError
+        If the recording lacks attitude, position, height or date.
+    """
+    attitude = np.column_stack([_angle(recording, name) for name in ("roll", "pitch", "heading")])
+    lat, lon = _angle(recording, "lat"), _angle(recording, "lon")
+    heights = [name for name in (columns.TRUE_ALTITUDE.pattern, columns.INS_ALTITUDE.pattern) if name in recording]
+    begun = recording.meta.get("start_utc")
+    if not heights or not isinstance(begun, str):
+        msg = f"recording {recording.name!r} has no {'height' if not heights else 'start_utc'}; a map needs it"
+        raise RequestError(msg)
+    year = decimal_years(datetime.fromisoformat(begun), recording.time_s)
+    field_n = igrf(lat, lon, recording[heights[0]], year)
+    return rotate_back(rot_nb_from_attitude(attitude), field_n)

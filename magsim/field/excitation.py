@@ -1,0 +1,146 @@
+"""What sets the strengths of an aircraft's sources: the ambient field, currents, deflections and rotors of a flight."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from magsim.aircraft.magnetics import HingedDipole, Magnetics
+from magsim.errors import RequestError
+from magsim.field.metal import eddy
+from magsim.field.situation import Situation
+from magsim.field.sources.rotors import Rotation, ShaftDipole, rotating_moment, rotor_rotation, rotor_stream
+from magsim.field.stepping import derivative
+from magsim.field.wiring.electronics import Clock, Onboard, onboard
+from magsim.scenario import FieldSettings
+
+
+class Excitation(Protocol):
+    """What the strengths of sources are computed from, at ``n`` evenly spaced times."""
+
+    @property
+    def magnetics(self) -> Magnetics:
+        """The aircraft file."""
+
+    @property
+    def settings(self) -> FieldSettings:
+        """Which parts are on, and how."""
+
+    @property
+    def step_s(self) -> float:
+        """Time between samples [s]."""
+
+    @property
+    def ambient_b(self) -> np.ndarray:
+        """The background at the reference point, (n, 3) [nT] body axes."""
+
+    @property
+    def currents_a(self) -> Mapping[str, np.ndarray]:
+        """Current of each feeder, (n,) [A]; may lack feeders."""
+
+    def eddy_states(self, modes: eddy.Modes) -> np.ndarray:
+        """Return the states of the eddy-current modes, (n, k)."""
+
+    def deflection(self, dipole: HingedDipole) -> tuple[np.ndarray, np.ndarray]:
+        """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it does not move."""
+
+    def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
+        """Return the moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""
+
+
+@dataclass(frozen=True)
+class FlightExcitation:
+    """The excitation of a simulated flight, at the simulation rate.
+
+    Attributes
+    ----------
+    situation : Situation
+        With its background.
+    """
+
+    situation: Situation
+
+    @property
+    def magnetics(self) -> Magnetics:
+        """The aircraft file."""
+        return self.situation.magnetics
+
+    @property
+    def settings(self) -> FieldSettings:
+        """Which parts are on, and how."""
+        return self.situation.scenario.field
+
+    @property
+    def step_s(self) -> float:
+        """Time between samples [s]."""
+        return self.situation.step_s
+
+    @property
+    def ambient_b(self) -> np.ndarray:
+        """The background at the reference point, (n, 3) [nT] body axes."""
+        return self.situation.ambient_b
+
+    @cached_property
+    def ambient_rate_b(self) -> np.ndarray:
+        """Time derivative of the ambient field in body axes, (n, 3) [nT/s]."""
+        return derivative(self.ambient_b, self.step_s)
+
+    @cached_property
+    def onboard(self) -> Onboard:
+        """Currents and voltages of the aircraft's wiring."""
+        situation = self.situation
+        clock = Clock(situation.time_s, situation.step_s, situation.flight, situation.scenario.seed)
+        return onboard(self.magnetics, self.settings.electronics, clock)
+
+    @property
+    def currents_a(self) -> Mapping[str, np.ndarray]:
+        """Current of each feeder, (n,) [A]."""
+        return self.onboard.currents_a
+
+    def eddy_states(self, modes: eddy.Modes) -> np.ndarray:
+        """Return the states of the eddy-current modes, stepped from sample to sample, (n, k)."""
+        return eddy.states(modes, self.ambient_rate_b, self.step_s, lag=self.settings.eddy.lag)
+
+    @cached_property
+    def _turns(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        angles = self.situation.flight.controls_at(self.situation.time_s)
+        return {name: (np.cos(angle), np.sin(angle)) for name, angle in angles.items()}
+
+    def deflection(self, dipole: HingedDipole) -> tuple[np.ndarray, np.ndarray]:
+        """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it is held at rest.
+
+        Raises
+        ------
+        RequestError
+            If the flight does not log the deflection of the surface, and the surface is not held at rest.
+        """
+        surface = dipole.surface
+        if surface not in self._turns and surface not in self.settings.hinged.at_rest:
+            msg = (
+                f"aircraft {self.situation.scenario.aircraft}: hinged dipole {dipole.name!r} turns with the surface "
+                f"{surface!r}, which the flight does not log (logged: {', '.join(self._turns) or 'none'}); allowed: "
+                f"its deflection in the track, field.hinged.at_rest = ['{surface}'], or field.hinged.enabled = false"
+            )
+            raise RequestError(msg)
+        return self._turns.get(surface, (np.ones(1), np.zeros(1)))
+
+    @cached_property
+    def rotations(self) -> dict[str, Rotation]:
+        """Angles of the rotors that carry sources."""
+        flight, seed = self.situation.flight, self.situation.scenario.seed
+        return {
+            name: rotor_rotation(
+                self.magnetics.rotors[name],
+                rotor_stream(seed, name),
+                flight.carrier.time_s,
+                flight.rotors.get(name),
+                self.situation.time_s,
+            )
+            for name in dict.fromkeys(dipole.rotor for dipole in self.magnetics.rotating)
+        }
+
+    def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
+        """Return the moment of a source on the shaft of a rotor, each sample its mean over the step, (n, 3) [A m^2]."""
+        return rotating_moment(source, self.rotations[rotor], self.step_s, self.ambient_b)

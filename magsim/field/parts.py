@@ -1,0 +1,248 @@
+"""The parts that an aircraft adds to the field: each is defined here once, for flights, tows and mount maps.
+
+A linear part is the sum, over its sources, of a gain (the field of a source at a place for unit strength) times a
+strength over time. A turning part is the sum over dipoles whose moments and places turn with the flight.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from magsim.field.excitation import Excitation
+from magsim.field.response import AircraftResponse
+from magsim.field.sources.dipoles import DeflectedDipole
+from magsim.field.sources.memory import remembered
+from magsim.field.sources.rotors import ShaftDipole, SpinningDipole
+
+GAINS = ("fixed", "metal", "modes", "feeders")
+"""Kinds of gains, in the order of the sources of an aircraft; see ``gains_of``."""
+
+
+def gains_of(response: AircraftResponse, kind: str) -> np.ndarray:
+    """Return the gains of one kind at the places of a response.
+
+    Parameters
+    ----------
+    response : AircraftResponse
+    kind : str
+        ``"fixed"``: the field of the fixed dipoles [nT]; ``"metal"``: of the steel in a unit ambient field along x, y,
+        z; ``"modes"``: of the eddy-current modes; ``"feeders"``: of each feeder [nT/A].
+
+    Returns
+    -------
+    (s, 3, c)
+    """
+    arrays = {
+        "fixed": response.permanent_nt[:, :, None],
+        "metal": response.induced,
+        "modes": response.field,
+        "feeders": response.wiring_nt_per_a,
+    }
+    return arrays[kind]
+
+
+# ---- products of gains and strengths ---------------------------------------------------------------------------
+#
+# All three are the same sum over sources. They add in different orders, each the fastest one for its number of
+# sources; the order decides the last bits of a recording.
+
+
+def by_tensor(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
+    """Return the sum over few sources, (n, s, 3), from gains (s, 3, c) and strengths (n, c)."""
+    return np.einsum("sic,nc->nsi", gains, strengths)
+
+
+def by_matrix(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
+    """Return the sum over many sources, (n, s, 3), as one matrix product; see ``by_tensor``."""
+    count, _, width = gains.shape
+    return (strengths @ gains.reshape(3 * count, width).T).reshape(len(strengths), count, 3)
+
+
+def by_source(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
+    """Return the sum over sources of which some have no field, (n, s, 3), one after another; see ``by_tensor``."""
+    out = np.zeros((len(strengths), len(gains), 3))
+    for c in range(gains.shape[2]):
+        if np.any(gains[..., c]):
+            out += strengths[:, c, None, None] * gains[..., c]
+    return out
+
+
+# ---- strengths -------------------------------------------------------------------------------------------------
+
+
+def _unit(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
+    del excitation, response
+    return np.ones((1, 1))
+
+
+def _ambient(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
+    del response
+    return excitation.ambient_b
+
+
+def _remembered(excitation: Excitation, response: AircraftResponse) -> np.ndarray | None:
+    del response
+    magnetics, settings = excitation.magnetics, excitation.settings.memory
+    return remembered(magnetics.memory, excitation.ambient_b, excitation.step_s, settings)
+
+
+def _eddy_states(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
+    return excitation.eddy_states(response.modes)
+
+
+def _currents(excitation: Excitation, response: AircraftResponse) -> np.ndarray | None:
+    del response
+    feeders, drawn = excitation.magnetics.feeders, excitation.currents_a
+    if not feeders:
+        return None
+    none = np.zeros(len(excitation.ambient_b))
+    return np.column_stack([drawn.get(feeder.name, none) for feeder in feeders])
+
+
+@dataclass(frozen=True)
+class LinearPart:
+    """A part that is a sum of gains times strengths.
+
+    Attributes
+    ----------
+    gains : str
+        One of ``GAINS``.
+    strengths : callable
+        Strengths (n, c) of the sources, or (1, c) where they are constant, from the excitation and the response;
+        None for an aircraft without such sources.
+    product : callable
+        How gains (s, 3, c) and strengths are summed.
+    """
+
+    gains: str
+    strengths: Callable[[Excitation, AircraftResponse], np.ndarray | None]
+    product: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+    def field(self, excitation: Excitation, response: AircraftResponse, rows: np.ndarray) -> np.ndarray | None:
+        """Return the part at some places of a response, (n, s, 3) [nT]; None for an aircraft without it.
+
+        Parameters
+        ----------
+        excitation : Excitation
+        response : AircraftResponse
+        rows : (s,) int
+            The places, as rows of the response.
+        """
+        strengths = self.strengths(excitation, response)
+        if strengths is None:
+            return None
+        field = self.product(gains_of(response, self.gains)[rows], strengths)
+        return np.broadcast_to(field, (len(excitation.ambient_b), *field.shape[1:]))
+
+
+class TurningDipole(Protocol):
+    """A dipole whose moment, and where it is off the axis also its place, turns with the flight."""
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]."""
+
+    def along(self, places: np.ndarray) -> np.ndarray:
+        """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
+
+    def gains(self, points: np.ndarray) -> np.ndarray:
+        """Return its field as a linear part: gains at fixed points (s, 3) [m], (s, 3, c)."""
+
+    @property
+    def strengths(self) -> np.ndarray:
+        """The strengths to these gains, (n, c)."""
+
+
+def _hinged(excitation: Excitation) -> list[TurningDipole]:
+    return [
+        DeflectedDipole(
+            np.array(dipole.position_m),
+            np.array(dipole.moment_am2),
+            np.array(dipole.hinge_point_m),
+            np.array(dipole.hinge_axis),
+            *excitation.deflection(dipole),
+        )
+        for dipole in excitation.magnetics.hinged
+    ]
+
+
+def _rotating(excitation: Excitation) -> list[TurningDipole] | None:
+    magnetics = excitation.magnetics
+    sources = [(ShaftDipole.of(dipole, magnetics.rotors[dipole.rotor]), dipole.rotor) for dipole in magnetics.rotating]
+    return [SpinningDipole(source, excitation.moment(source, rotor)) for source, rotor in sources] or None
+
+
+@dataclass(frozen=True)
+class TurningPart:
+    """A part that is a sum over dipoles that turn.
+
+    Attributes
+    ----------
+    dipoles : callable
+        The dipoles of an excitation; None for an aircraft without the part.
+    """
+
+    dipoles: Callable[[Excitation], Sequence[TurningDipole] | None]
+
+    def field(self, excitation: Excitation, response: AircraftResponse, rows: np.ndarray) -> np.ndarray | None:
+        """Return the part at some places of a response, (n, s, 3) [nT]; see ``LinearPart.field``."""
+        dipoles = self.dipoles(excitation)
+        if dipoles is None:
+            return None
+        out = np.zeros((len(excitation.ambient_b), len(rows), 3))
+        for dipole in dipoles:
+            out += dipole.at(response.positions_m[rows])
+        return out
+
+
+LINEAR: Mapping[str, LinearPart] = {
+    "permanent": LinearPart("fixed", _unit, by_tensor),
+    "induced": LinearPart("metal", _ambient, by_tensor),
+    "memory": LinearPart("metal", _remembered, by_tensor),
+    "eddy": LinearPart("modes", _eddy_states, by_matrix),
+    "electronics": LinearPart("feeders", _currents, by_source),
+}
+
+TURNING: Mapping[str, TurningPart] = {"hinged": TurningPart(_hinged), "propeller": TurningPart(_rotating)}
+
+PARTS: Mapping[str, LinearPart | TurningPart] = {**LINEAR, **TURNING}
+"""What makes each part of the platform; the names are those of ``columns.PLATFORM``."""
+
+
+# ---- the aircraft as a whole -----------------------------------------------------------------------------------
+
+
+def gains(response: AircraftResponse) -> np.ndarray:
+    """Return the gains of all linear parts at the places of a response, (s, 3, c), kind by kind."""
+    return np.concatenate([gains_of(response, kind) for kind in GAINS], axis=2)
+
+
+def strengths(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
+    """Return the strengths of all linear parts that are on, in the order of ``gains``, (n, c).
+
+    Each is multiplied by the scale of its part. Parts with the same gains share their strengths: the steel answers the
+    sum of the ambient field and of what it remembers.
+    """
+    return np.hstack([_strengths_of(kind, excitation, response) for kind in GAINS])
+
+
+def _strengths_of(kind: str, excitation: Excitation, response: AircraftResponse) -> np.ndarray:
+    out = np.zeros((len(excitation.ambient_b), gains_of(response, kind).shape[2]))
+    for name, part in LINEAR.items():
+        if part.gains == kind and excitation.settings.is_on(name):
+            found = part.strengths(excitation, response)
+            if found is not None:
+                out = out + getattr(excitation.settings, name).scale * found
+    return out
+
+
+def turning(excitation: Excitation) -> list[tuple[float, TurningDipole]]:
+    """Return all dipoles that turn in parts that are on, each with the scale of its part."""
+    settings = excitation.settings
+    return [
+        (getattr(settings, name).scale, dipole)
+        for name, part in TURNING.items()
+        if settings.is_on(name)
+        for dipole in part.dipoles(excitation) or ()
+    ]

@@ -1,0 +1,80 @@
+"""The field of a tow: every part at the mounts of the carrier and of its bird."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from threadpoolctl import threadpool_limits
+
+from magsim.aircraft import Aircraft, Bird
+from magsim.field.composition import compose, with_background
+from magsim.field.excitation import FlightExcitation
+from magsim.field.response import load_response
+from magsim.field.situation import Situation, used_mounts
+from magsim.field.tow.carrier import carrier_field
+from magsim.field.tow.steady import steady_background
+from magsim.scenario import Scenario
+from magsim.terrain import Ground
+from magsim.trajectory import Flight
+from magsim.truth import FieldTruth
+
+
+def compute_tow_field(
+    scenario: Scenario,
+    aircraft: Aircraft,
+    bird: Bird,
+    flight: Flight,
+    *,
+    ground: Ground | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, FieldTruth]:
+    """Compute every part of the field at every mount of a carrier and of its bird.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    aircraft : Aircraft
+    bird : Bird
+    flight : Flight
+        With a bird.
+    ground : Ground, optional
+    progress : callable, optional
+        Called with the share of the work that is done, from 0 to 1.
+
+    Returns
+    -------
+    dict of str to FieldTruth
+        ``carrier``, with as many mounts as carry sensors, and ``bird``, whose parts hold ``carrier`` too, and whose
+        ``steady_nt`` is the background on the smooth track. Each is in the axes of its body.
+
+    Raises
+    ------
+    RequestError
+        If the bird comes too near to the carrier's metal.
+    ValueError
+        If nothing is towed.
+    """
+    report = progress or (lambda _: None)
+    with threadpool_limits(limits=1, user_api="blas"):
+        response = load_response(aircraft, scenario.field.eddy.model)
+        carrier = with_background(Situation.of(scenario, aircraft.magnetics, flight, response, ground))
+        above = FlightExcitation(carrier)
+        report(0.3)
+        truths = {"carrier": compose(above, aircraft)}
+        report(0.4)
+        own = load_response(bird)
+        mounts = used_mounts(scenario, "bird")
+        # carrier and bird are logged at rates of their own, which need not end together
+        time_s = carrier.time_s
+        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts, time_s=time_s)
+        below = with_background(below)
+        report(0.6)
+        truth = compose(FlightExcitation(below), bird)
+        report(0.7)
+        parts = dict(truth.parts_b)
+        if below.mounts and scenario.field.is_on("carrier"):
+            parts["carrier"] = scenario.field.carrier.scale * carrier_field(above, aircraft, below)
+        report(0.9)
+        scalars = dict.fromkeys(sensor.mount for sensor in scenario.sensors.scalar if sensor.body == "bird")
+        steady = {mount: steady_background(below, mount) for mount in scalars}
+        report(1.0)
+    return truths | {"bird": replace(truth, parts_b=parts, steady_nt=steady)}
