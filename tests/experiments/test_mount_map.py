@@ -257,7 +257,7 @@ def test_page_needs_nothing_else(whole, tmp_path):
 def test_command_prints_the_table_and_draws(recording, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     recording.write("fom.h5")
-    assert main(["map", "c208b", "--flight", "fom.h5", "--spacing", "1.5", "--top", "1", "-o", "map.png"]) == 0
+    assert main(["map", "c208b", "--flight", "fom.h5", "--spacing", "3", "--top", "1", "-o", "map.png"]) == 0
     printed = capsys.readouterr().out
     assert "sgl_mag_1" in printed
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")

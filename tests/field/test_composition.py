@@ -10,7 +10,7 @@ from magsim.aircraft import Aircraft, load_aircraft
 from magsim.columns import PLATFORM
 from magsim.earth import decimal_years, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.errors import RequestError
-from magsim.field import AircraftResponse, compute_field, compute_response, load_response
+from magsim.field import AircraftResponse, compute_field, load_response
 from magsim.field.background.main_field import earth_along
 from magsim.field.composition import parts_on
 from magsim.field.parts import PARTS
@@ -61,7 +61,7 @@ def aircraft() -> Aircraft:
 
 @pytest.fixture(scope="module")
 def response(aircraft: Aircraft) -> AircraftResponse:
-    return compute_response(aircraft)
+    return load_response(aircraft)
 
 
 def _scenario(**physics: object) -> Scenario:
@@ -203,7 +203,7 @@ def test_what_the_steel_remembers_goes_through_its_tensor(run: Callable, respons
     assert np.ptp(both.part("memory", "cabin_center"), axis=0).max() > 1.0
 
 
-def test_propeller_turns_with_the_flight(run: Callable, aircraft: Aircraft, flight: Flight) -> None:
+def test_propeller_turns_with_the_flight(aircraft: Aircraft, flight: Flight, response: AircraftResponse) -> None:
     """Its tone has the frequency that was flown, however long a step is; without a log, that of the file."""
     scenario = _scenario()
     logged = {"propeller": np.full(len(flight.carrier), 2.0 * np.pi * 31.0)}
@@ -211,7 +211,7 @@ def test_propeller_turns_with_the_flight(run: Callable, aircraft: Aircraft, flig
         tones = []
         for rate in (120.0, 240.0):
             flown = replace(flight, simulation_rate_hz=rate, **changes)
-            truth = compute_field(scenario, aircraft, flown, load_response(aircraft))
+            truth = compute_field(scenario, aircraft, flown, response)
             counted = truth.part("propeller", "cabin_center")[:, 1]
             first = round(10.0 * rate)  # time 0; windows of 100 ms begin half a step before it
             tones.append(counted[first : first + round(50.0 * rate)].reshape(500, -1).mean(axis=1))

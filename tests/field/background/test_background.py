@@ -9,7 +9,7 @@ import pytest
 from magsim.aircraft import load_aircraft
 from magsim.earth import LocalFrame, decimal_year, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.errors import DataError
-from magsim.field import AircraftResponse, compute_field, compute_response
+from magsim.field import AircraftResponse, compute_field, load_response
 from magsim.field.background.crust import crust_of
 from magsim.field.background.station import station_field
 from magsim.field.background.targets import sources_of
@@ -59,7 +59,7 @@ def flight() -> Flight:
 
 @pytest.fixture(scope="module")
 def response() -> AircraftResponse:
-    return compute_response(AIRCRAFT)
+    return load_response(AIRCRAFT)
 
 
 def scenario(seed: int = 1, **field: object) -> Scenario:

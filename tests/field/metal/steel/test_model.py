@@ -60,20 +60,6 @@ def test_parts_on_both_sides_keep_the_aircraft_symmetric() -> None:
     assert max(map(abs, across)) < 2e-3 * np.abs(induced).max()
 
 
-def test_response_at_mounts_and_places_is_the_model_there() -> None:
-    aircraft = load_aircraft("c208b")
-    model, response = load_steel(aircraft), compute_response(aircraft)
-    field = model.at(response.positions_m)
-    np.testing.assert_array_equal(field.induced, response.induced)
-    np.testing.assert_array_equal(field.induced_gradient, response.induced_gradient)
-    assert not np.any(field.reaction_nt)
-    one = response_at(aircraft, {"somewhere": POINT[0]})
-    np.testing.assert_array_equal(one.induced, model.at(POINT).induced)
-    quick = model.at(POINT, gradient=False)
-    np.testing.assert_array_equal(quick.induced, one.induced)
-    assert np.all(np.isnan(quick.induced_gradient))
-
-
 def test_kept_by_content(cache: Path) -> None:
     aircraft = _ball()
     first = load_steel(aircraft)
@@ -183,15 +169,6 @@ class TestObstacles:
         assert magnet == "0.1 m from dipole 'magnet'; allowed: at least 0.2 m"
         assert near.startswith("0.0142 m from steel part 'ball'")
         assert free is None
-
-    def test_what_the_file_allows_the_mesh_allows(self) -> None:
-        """Places that keep the element size of a plain shape are never refused for its mesh."""
-        aircraft = load_aircraft("c208b")
-        places = np.random.default_rng(2).uniform([-2.6, -0.8, -0.4], [4.5, 0.8, 1.2], (4000, 3))
-        told = [aircraft.magnetics.obstacle(tuple(place.tolist())) for place in places]
-        meshes = load_steel(aircraft).obstacles(places)
-        assert sum(mesh is not None for mesh in meshes) > 100
-        assert not [mesh for text, mesh in zip(told, meshes, strict=True) if text is None and mesh is not None]
 
     def test_a_place_on_a_panel(self, model: SteelModel) -> None:
         on = model.corners[5].mean(axis=0)
