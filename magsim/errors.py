@@ -1,8 +1,8 @@
-"""The two ways in which a user's wish can fail, each with its exit code."""
+"""The two kinds of failure, each with its exit code."""
 
 
 class MagsimError(Exception):
-    """A failure that is told in plain words, without a traceback.
+    """A failure that is reported to the user in plain words, without a traceback.
 
     The text is one or more complete lines; each names what and where, and what is allowed.
     """
@@ -11,12 +11,12 @@ class MagsimError(Exception):
 
 
 class RequestError(MagsimError):
-    """What was asked cannot be done: a scenario, an option, a path that is not there."""
+    """A request that cannot be fulfilled: a scenario, an option, a path that does not exist."""
 
     exit_code = 2
 
 
 class DataError(MagsimError):
-    """What was met is bad: a broken file, a flight that diverged."""
+    """Bad data: a damaged file, a flight that diverged."""
 
     exit_code = 3
