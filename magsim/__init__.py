@@ -22,7 +22,7 @@ Units
 -----
 SI, radians and seconds inside. Magnetic flux density is in nT and magnetic moment in A m^2 everywhere
 between modules; only the field solvers use tesla, ampere and ohm inside. Feet, slugs and pounds live in
-``magsim.flight.model`` alone, the flight model of JSBSim. In files every name
+``magsim.flight.model`` and the commands of its pilot alone, the interface to JSBSim. In files every name
 carries its unit as a suffix:
 ``_m _mps _mps2 _deg _dps _s _nt _am2 _hz _a _v _pa _c _kg _n _norm``. Heights are above the WGS-84 ellipsoid.
 

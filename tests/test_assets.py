@@ -8,7 +8,7 @@ from magsim import assets
 from magsim.errors import RequestError
 
 
-def test_the_shipped_things_are_listed():
+def test_the_shipped_aircraft_and_scenarios_are_listed():
     assert "c208b" in assets.list_aircraft()
     assert {"calibration_c208b", "calibration_c208b_cloverleaf", "papers/000_simulated"} <= set(assets.list_scenarios())
 
@@ -27,7 +27,7 @@ def test_nested_names(tmp_path, monkeypatch):
     assert assets.scenario_path("papers/000_simulated").name == "000_simulated.toml"
 
 
-def test_a_file_that_is_there_wins(tmp_path, monkeypatch):
+def test_an_existing_file_takes_precedence(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "calibration_c208b").write_text("")
     (tmp_path / "own.toml").write_text("")
@@ -54,7 +54,7 @@ def test_a_folder_of_the_same_name_is_no_scenario(tmp_path, monkeypatch):
         ("x" * 5000, "there is no such file"),
     ],
 )
-def test_scenarios_that_are_not_there(name, text):
+def test_scenarios_that_do_not_exist(name, text):
     with pytest.raises(RequestError) as caught:
         assets.scenario_path(name)
     assert text in str(caught.value)
@@ -87,7 +87,7 @@ def test_an_own_aircraft_is_a_path(path, tmp_path, monkeypatch):
         ("./" + "x" * 5000, "there is no such folder"),
     ],
 )
-def test_own_aircraft_that_are_not_whole(path, text, tmp_path, monkeypatch):
+def test_incomplete_own_aircraft(path, text, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "half").mkdir()
     (tmp_path / "half" / "facts.toml").write_text("")
@@ -98,6 +98,6 @@ def test_own_aircraft_that_are_not_whole(path, text, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["c208", "", "."])
-def test_aircraft_that_are_not_there(name):
+def test_aircraft_that_do_not_exist(name):
     with pytest.raises(RequestError, match=r"there is no aircraft '.*'; allowed: .*c208b"):
         assets.aircraft_dir(name)

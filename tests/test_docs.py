@@ -1,4 +1,4 @@
-"""The documentation tells what the program does."""
+"""The documentation agrees with the program."""
 
 import re
 import runpy
@@ -12,8 +12,8 @@ from tests.support.paths import ROOT
 def test_every_column_family_is_documented_with_its_role():
     text = (ROOT / "docs" / "recording.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (`.+?) \| (\w+) \|", text, flags=re.MULTILINE)
-    told = {name: role for names, role in rows for name in re.findall(r"`([^`]+)`", names)}
-    assert told == {family.pattern: family.role for family in columns.FAMILIES}
+    documented = {name: role for names, role in rows for name in re.findall(r"`([^`]+)`", names)}
+    assert documented == {family.pattern: family.role for family in columns.FAMILIES}
 
 
 def test_links_between_pages_lead_somewhere():

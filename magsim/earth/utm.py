@@ -26,7 +26,7 @@ _ALPHA = (
 
 
 def utm_zone(lat_deg: float, lon_deg: float) -> int:
-    """Number of the zone of a position, 1 to 60, with the exceptions of Norway and Svalbard."""
+    """Return the number of the zone of a position, 1 to 60, with the exceptions of Norway and Svalbard."""
     lon = (lon_deg + 180.0) % 360.0 - 180.0
     if 56.0 <= lat_deg < 64.0 and 3.0 <= lon < 12.0:
         return 32

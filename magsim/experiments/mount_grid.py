@@ -9,9 +9,8 @@ from scipy.spatial import cKDTree
 from magsim.aircraft import Vehicle
 from magsim.errors import RequestError
 from magsim.field import obstacles
-from magsim.field.geometry.meshes import TriangleMesh
-from magsim.field.geometry.soundness import winding
-from magsim.field.metal.steel.model import load_steel
+from magsim.field.geometry import TriangleMesh, winding
+from magsim.field.metal.steel import load_steel
 
 MOST_PLACES = 20_000
 """Most places of one map."""

@@ -18,7 +18,7 @@ from magsim.errors import RequestError
 from magsim.experiments.mount_grid import SPACING, Extent, free, grid, plane
 from magsim.experiments.mount_map import Prediction, predict
 from magsim.field import obstacles, outline
-from magsim.field.geometry.meshes import TriangleMesh
+from magsim.field.geometry import TriangleMesh
 from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate

@@ -1,4 +1,8 @@
-"""Flying: a scenario and its aircraft become a flight."""
+"""Flying: a scenario and its aircraft become a flight.
+
+``path`` plans it over ground, ``model`` is the aircraft in JSBSim, ``pilot`` flies it, ``carriers`` are the ways to fly
+one, ``tow`` is the bird under it; ``flying`` joins them.
+"""
 
 from magsim.flight.flying import bare_run, fly
 

@@ -8,7 +8,7 @@ import numpy as np
 import magsim
 from magsim import columns
 from magsim.errors import DataError
-from magsim.field.background.station import station_field
+from magsim.field.background import station_field
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
 from magsim.scenario import RecordingSettings

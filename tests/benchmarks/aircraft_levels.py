@@ -67,7 +67,7 @@ def lines(response: AircraftResponse) -> list[str]:
 
 def steady_nt(body: Vehicle, response: AircraftResponse) -> np.ndarray:
     """Field that turns with the body at each mount, (s, 3) [nT]: permanent, and that of the mean currents."""
-    # The loads of what has no controls go by the clock and the seed: no flight is asked for.
+    # Loads without controls follow the clock and the seed: no flight is needed.
     clock = Clock(time_s=np.arange(0.0, 3600.0, 0.1), step_s=0.1, flight=None, seed=1)
     drawn = currents(body.magnetics.feeders, clock)
     mean = np.array([drawn[feeder.name].mean() for feeder in body.magnetics.feeders])

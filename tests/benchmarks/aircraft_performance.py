@@ -121,8 +121,12 @@ def stall_speed(facts: Facts, flap_deg: float) -> float:
     return lowest
 
 
-def rows(facts: Facts) -> list[tuple[str, float, str, str]]:
-    """What, value, unit, published."""
+Row = tuple[str, float, str, str]
+"""Quantity, value, unit, published."""
+
+
+def rows(facts: Facts) -> list[Row]:
+    """Compute the table of the aircraft's page."""
     heavy = maximum_load(facts)
     out = []
     for feet, published in zip(CRUISE_FT, CRUISE_PUBLISHED, strict=True):
@@ -153,14 +157,14 @@ def rows(facts: Facts) -> list[tuple[str, float, str, str]]:
     return out
 
 
-def lines(facts: Facts) -> list[str]:
-    """One line for each row."""
+def lines(table: list[Row]) -> list[str]:
+    """Write one line for each row."""
     return [
         f"| {what} | {round(value, -2 if unit == 'ft' else -1 if unit == 'ft/min' else 0):.0f} {unit} | {published} |"
-        for what, value, unit, published in rows(facts)
+        for what, value, unit, published in table
     ]
 
 
 if __name__ == "__main__":
     sys.stdout.write("| what | model | published |\n")
-    sys.stdout.write("\n".join(lines(load_aircraft("c208b").facts)) + "\n")
+    sys.stdout.write("\n".join(lines(rows(load_aircraft("c208b").facts))) + "\n")

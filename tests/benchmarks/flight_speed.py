@@ -3,7 +3,7 @@
 Run ``python tests/benchmarks/flight_speed.py [--json] [--repeat N] [--seconds S] [--flights N]``.
 
 ``cpu_over_bare_jsbsim``: CPU time of the whole flight half with its log over a bare run of the same model, rate and
-length, side by side. ``two_process_scaling``: flights a second of two spawned processes over those of one, which tells
+length, side by side. ``two_process_scaling``: flights a second of two spawned processes over those of one, which shows
 something only where two cores are free; the row by CPU time leaves out what other work takes from them.
 ``interpolation_error_deg``: attitude between the rows of the log at its default rate against a log of every step, in
 turbulence of severity 3, of the Cessna at 3000 m and of the drone at 100 m. ``rate_convergence_deg``: attitude at
@@ -36,7 +36,7 @@ from magsim.scenario import Box, Scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
 MEMORY = Path("/proc/self/statm")
-"""Where Linux tells the memory of a process, in pages."""
+"""File with the memory of a process, in pages, on Linux."""
 STRAIGHT = PlantSetup(lat_rad=0.29, lon_rad=1.97, alt_m=3000.0, course=0.0, speed_mps=75.0)
 LOW = PlantSetup(lat_rad=0.29, lon_rad=1.97, alt_m=100.0, course=0.0, speed_mps=25.0)
 """Where the drone flies."""
@@ -68,7 +68,7 @@ def speed_rows(loaded: LoadedScenario, repeat: int) -> list[Row]:
 
 
 def _work(name: str, seconds: float, barrier: object, out: object) -> None:
-    """Fly again and again for a time; tell the flights of this process by second of the clock and of CPU."""
+    """Fly repeatedly for a time; return the flights of this process by second of the clock and of CPU."""
     loaded = load_scenario(name)
     fly(loaded.scenario, loaded.aircraft)
     barrier.wait()
@@ -86,10 +86,10 @@ def throughput(name: str, processes: int, seconds: float) -> np.ndarray:
     workers = [context.Process(target=_work, args=(name, seconds, barrier, out)) for _ in range(processes)]
     for worker in workers:
         worker.start()
-    told = np.sum([out.get() for _ in workers], axis=0)
+    total = np.sum([out.get() for _ in workers], axis=0)
     for worker in workers:
         worker.join()
-    return told
+    return total
 
 
 def scaling_rows(name: str, repeat: int, seconds: float) -> list[Row]:
@@ -148,7 +148,7 @@ def rate_convergence_deg(aircraft: Aircraft) -> float:
 
 
 def resident_mb() -> float:
-    """Resident memory of this process [MB], where the system tells it."""
+    """Resident memory of this process [MB], where the system provides it."""
     pages = MEMORY.read_text(encoding="ascii").split()[1]
     return int(pages) * 4096 / 1e6
 

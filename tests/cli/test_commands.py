@@ -227,18 +227,20 @@ SHORT = ("pattern.circuits=1", "pattern.leg_m=4000", 'pattern.maneuvers=[{ axis 
 
 
 def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
-    """Another folder, name instead of path, thread count, time zone, empty cache, hash seed.
+    """Another folder, name instead of path, thread count, time zone, locale, home, empty cache, hash seed.
 
-    The second run computes on two threads what the others read from the cache of all tests.
+    The second run computes on two threads what the first reads from the cache of all tests.
     """
     source = Path(magsim.__file__).parents[1] / "scenarios" / "calibration_c208b.toml"
     runs = [
-        (["generate", str(source)], {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "TZ": "UTC"}),
         (
-            ["generate", "calibration_c208b"],
+            ["generate", str(source)],
+            {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "TZ": "UTC", "LC_ALL": "C", "HOME": str(here)},
+        ),
+        (
+            ["generate", "calibration_c208b.toml"],
             {"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2", "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "5"},
         ),
-        (["generate", "calibration_c208b.toml"], {"LC_ALL": "C", "HOME": str(here)}),
     ]
     seen = set()
     for number, (args, environment) in enumerate(runs):

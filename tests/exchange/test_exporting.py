@@ -1,4 +1,4 @@
-"""What others read is what was recorded: to half a printed digit in text, to the bit in HDF5."""
+"""Exports are read by other programs as recorded: to half a printed digit in text, to the bit in HDF5."""
 
 import io
 import re
@@ -260,7 +260,7 @@ def test_parquet_keeps_every_bit_and_the_units(recording, tmp_path):
     assert schema.metadata[b"start_utc"] == b"2025-03-13T23:59:30+00:00"
 
 
-def test_parquet_without_pyarrow_is_told(recording, tmp_path, monkeypatch):
+def test_parquet_without_pyarrow_is_an_error(recording, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
     with pytest.raises(RequestError, match=r"magsim\[parquet\]"):
         export(recording, "parquet", tmp_path)

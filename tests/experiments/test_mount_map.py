@@ -126,8 +126,8 @@ def test_blind_recording_serves_as_well(aircraft, recording):
     """A real flight has attitude and labels but no truth."""
     survey = recording.labeled()
     place = {"cabin": aircraft.mounts["cabin_center"]}
-    known, told = predict(aircraft, recording, place), predict(aircraft, survey, place)
-    assert told.std_nt[0] == pytest.approx(known.std_nt[0], rel=0.01)
+    known, blind = predict(aircraft, recording, place), predict(aircraft, survey, place)
+    assert blind.std_nt[0] == pytest.approx(known.std_nt[0], rel=0.01)
 
 
 def test_background_has_the_strength_of_the_truth(recording):
@@ -200,7 +200,7 @@ def test_the_outline_of_the_drone_is_drawn_and_nothing_else():
     assert across[-1] > 1.75  # the mount at the end of the long boom
 
 
-def test_shells_that_are_not_sound_are_told(aircraft, recording):
+def test_shells_that_are_not_sound_are_refused(aircraft, recording):
     table = aircraft.magnetics.skin.model_dump()
     table["parts"][0]["sections"][6]["height_m"] = 3.0
     crossing = aircraft.magnetics.model_copy(update={"skin": Skin.model_validate(table)})
@@ -258,7 +258,7 @@ def test_page_needs_nothing_else(whole, tmp_path):
 def test_command_prints_the_table_and_draws(recording, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     recording.write("fom.h5")
-    assert main(["map", "c208b", "--flight", "fom.h5", "--spacing", "1.5", "--top", "1", "-o", "map.png"]) == 0
+    assert main(["map", "c208b", "--flight", "fom.h5", "--spacing", "3", "--top", "1", "-o", "map.png"]) == 0
     printed = capsys.readouterr().out
     assert "sgl_mag_1" in printed
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
@@ -267,6 +267,6 @@ def test_command_prints_the_table_and_draws(recording, tmp_path, monkeypatch, ca
     assert "allowed" not in capsys.readouterr().out
 
 
-def test_wrong_flights_are_told(aircraft):
+def test_wrong_flights_are_refused(aircraft):
     with pytest.raises(RequestError, match=r"no scenario|there is no"):
         flight_of(aircraft, "no_such_flight")

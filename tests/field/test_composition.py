@@ -10,7 +10,7 @@ from magsim.aircraft import Aircraft, load_aircraft
 from magsim.columns import PLATFORM
 from magsim.earth import decimal_years, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.errors import RequestError
-from magsim.field import AircraftResponse, compute_field, compute_response, load_response
+from magsim.field import AircraftResponse, compute_field, load_response
 from magsim.field.background.main_field import earth_along
 from magsim.field.composition import parts_on
 from magsim.field.parts import PARTS
@@ -61,7 +61,7 @@ def aircraft() -> Aircraft:
 
 @pytest.fixture(scope="module")
 def response(aircraft: Aircraft) -> AircraftResponse:
-    return compute_response(aircraft)
+    return load_response(aircraft)
 
 
 def _scenario(**physics: object) -> Scenario:
@@ -117,7 +117,7 @@ def test_few_knots_hold_the_earth(flight: Flight) -> None:
     assert np.abs(gradient - slopes)[inside].max() < 1e-9
 
 
-def test_every_mount_feels_the_earth_at_its_own_place(flight: Flight, run: Callable, aircraft: Aircraft) -> None:
+def test_every_mount_has_the_earth_at_its_own_place(flight: Flight, run: Callable, aircraft: Aircraft) -> None:
     """There and back: the mount's own latitude, longitude and height, from body axes over NED and ECEF."""
     truth = run()
     rows = slice(1200, -1200, 600)
@@ -132,7 +132,7 @@ def test_every_mount_feels_the_earth_at_its_own_place(flight: Flight, run: Calla
         field_e = rotate_back(rot_ne_at(lat, lon), igrf(lat, lon, alt, year))
         exact = rotate_back(rot_nb, rotate(rot_ne, field_e))
         assert np.abs(truth.part("earth", mount)[rows] - exact).max() < 2e-5
-    # The tail sits 11 m behind the cabin: the check must be able to tell the two apart.
+    # The tail sits 11 m behind the cabin: the check must be able to distinguish them.
     difference = truth.part("earth", "sgl_mag_1") - truth.part("earth", "cabin_center")
     assert 0.05 < np.abs(difference).max() < 1.0
 
@@ -180,21 +180,21 @@ def test_a_surface_that_is_not_logged_is_named(aircraft: Aircraft, flight: Fligh
         RequestError, match=r"'flap_right' .* 'flap', which the flight does not log .*at_rest = \['flap'\]"
     ):
         compute_field(_scenario(), aircraft, without, response)
-    told = compute_field(_scenario(hinged={"at_rest": ["flap"]}), aircraft, without, response)
+    held = compute_field(_scenario(hinged={"at_rest": ["flap"]}), aircraft, without, response)
     still = replace(flight, controls=controls | {"flap": np.zeros(len(flight.carrier))})
     assumed = compute_field(_scenario(), aircraft, still, response)
-    np.testing.assert_array_equal(told.parts_b["hinged"], assumed.parts_b["hinged"])
+    np.testing.assert_array_equal(held.parts_b["hinged"], assumed.parts_b["hinged"])
 
 
-def test_what_the_steel_remembers_goes_through_its_tensor(run: Callable, response: AircraftResponse) -> None:
+def test_memory_of_the_steel_goes_through_its_tensor(run: Callable, response: AircraftResponse) -> None:
     """Hysteresis and viscosity of B_0, each alone and both, times D at each mount."""
     uniform = {"along_path": False}
     both, alone = run(earth=uniform), [run(earth=uniform, memory={p: False}) for p in ("hysteresis", "viscosity")]
-    told = load_aircraft("c208b").magnetics.memory
+    memory = load_aircraft("c208b").magnetics.memory
     ambient = both.part("earth", "cabin_center")
     states = [
-        viscosity(ambient, told.viscosity_s, told.viscosity_weights, 1.0 / 120.0, "settled"),
-        hysteresis(ambient, told.radii_nt, told.weights, "settled"),
+        viscosity(ambient, memory.viscosity_s, memory.viscosity_weights, 1.0 / 120.0, "settled"),
+        hysteresis(ambient, memory.radii_nt, memory.weights, "settled"),
     ]
     for mount in both.mounts:
         tensor = response.induced[response.mounts.index(mount)]
@@ -203,7 +203,7 @@ def test_what_the_steel_remembers_goes_through_its_tensor(run: Callable, respons
     assert np.ptp(both.part("memory", "cabin_center"), axis=0).max() > 1.0
 
 
-def test_propeller_turns_with_the_flight(run: Callable, aircraft: Aircraft, flight: Flight) -> None:
+def test_propeller_turns_with_the_flight(aircraft: Aircraft, flight: Flight, response: AircraftResponse) -> None:
     """Its tone has the frequency that was flown, however long a step is; without a log, that of the file."""
     scenario = _scenario()
     logged = {"propeller": np.full(len(flight.carrier), 2.0 * np.pi * 31.0)}
@@ -211,7 +211,7 @@ def test_propeller_turns_with_the_flight(run: Callable, aircraft: Aircraft, flig
         tones = []
         for rate in (120.0, 240.0):
             flown = replace(flight, simulation_rate_hz=rate, **changes)
-            truth = compute_field(scenario, aircraft, flown, load_response(aircraft))
+            truth = compute_field(scenario, aircraft, flown, response)
             counted = truth.part("propeller", "cabin_center")[:, 1]
             first = round(10.0 * rate)  # time 0; windows of 100 ms begin half a step before it
             tones.append(counted[first : first + round(50.0 * rate)].reshape(500, -1).mean(axis=1))
@@ -310,10 +310,10 @@ def test_parts_add_up(run: Callable) -> None:
 
 
 def test_progress_ends_at_one(aircraft: Aircraft, flight: Flight, response: AircraftResponse) -> None:
-    told: list[float] = []
-    compute_field(_scenario(), aircraft, flight, response, progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1.0)
+    shares: list[float] = []
+    compute_field(_scenario(), aircraft, flight, response, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)
 
 
 def test_the_scenario_chooses_the_model_of_the_eddy_currents(

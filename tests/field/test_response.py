@@ -8,7 +8,8 @@ from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft, Magnetics, load_aircraft
 from magsim.errors import RequestError
-from magsim.field import AircraftResponse, compute_response, load_response
+from magsim.field import AircraftResponse, compute_response, load_response, response_at
+from magsim.field.metal.steel.model import load_steel
 from magsim.field.sources.dipoles import dipole_field
 
 ARRAYS = ("positions_m", "permanent_nt", "induced", "induced_gradient", "tau_s", "drive", "field")
@@ -28,16 +29,12 @@ def _bytes(response: AircraftResponse) -> list[bytes]:
     return [getattr(response, name).tobytes() for name in ARRAYS]
 
 
-def test_same_bits_on_two_threads(aircraft: Aircraft, response: AircraftResponse) -> None:
-    with threadpool_limits(limits=2):
-        assert _bytes(compute_response(aircraft)) == _bytes(response)
-
-
-def test_same_bits_from_an_empty_and_a_full_cache(
+def test_same_bits_on_two_threads_from_an_empty_and_a_full_cache(
     aircraft: Aircraft, response: AircraftResponse, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MAGSIM_CACHE", str(tmp_path / "cache"))
-    first = load_response(aircraft)
+    with threadpool_limits(limits=2):
+        first = load_response(aircraft)
     kept = list((tmp_path / "cache" / "response").iterdir())
     assert len(kept) == 1
     assert _bytes(first) == _bytes(load_response(aircraft)) == _bytes(response)
@@ -95,7 +92,7 @@ def test_coil_of_real_wire(aircraft: Aircraft) -> None:
 
 def test_mirrored_coils_keep_the_aircraft_symmetric(aircraft: Aircraft) -> None:
     """In the plane of symmetry a field along x or z makes none along y."""
-    response = compute_response(aircraft, "coils")
+    response = load_response(aircraft, "coils")
     slow = response.eddy_slow_s[response.mounts.index("cabin_center")]
     assert max(abs(slow[0, 1]), abs(slow[1, 0]), abs(slow[1, 2]), abs(slow[2, 1])) < 1e-9 * np.abs(slow).max()
 
@@ -125,7 +122,7 @@ def test_levels_in_the_cabin_beside_published_ones(aircraft: Aircraft, response:
     rms = np.sqrt(np.mean((np.linalg.norm(whole, axis=1) - 43012.0) ** 2))
     assert 306.0 / 1.5 < rms < 306.0 * 1.5
     np.testing.assert_allclose(np.diag(response.eddy_slow_s[row]), [-6.9e-3, -9.1e-3, -12.3e-3], rtol=0.3)
-    coils = compute_response(aircraft, "coils")
+    coils = load_response(aircraft, "coils")
     assert 1e-4 < np.abs(coils.eddy_slow_s[row]).max() < 1.5e-3
 
 
@@ -135,3 +132,25 @@ def test_permanent_field_is_the_sum_of_the_dipoles(aircraft: Aircraft, response:
         for d in aircraft.magnetics.permanent
     )
     np.testing.assert_allclose(response.permanent_nt, total, rtol=1e-13)
+
+
+def test_response_at_mounts_and_places_is_the_steel_there(aircraft: Aircraft, response: AircraftResponse) -> None:
+    model, point = load_steel(aircraft), np.array([[0.3, -0.9, 0.4]])
+    field = model.at(response.positions_m)
+    np.testing.assert_array_equal(field.induced, response.induced)
+    np.testing.assert_array_equal(field.induced_gradient, response.induced_gradient)
+    assert not np.any(field.reaction_nt)
+    one = response_at(aircraft, {"somewhere": point[0]})
+    np.testing.assert_array_equal(one.induced, model.at(point).induced)
+    quick = model.at(point, gradient=False)
+    np.testing.assert_array_equal(quick.induced, one.induced)
+    assert np.all(np.isnan(quick.induced_gradient))
+
+
+def test_what_the_file_allows_the_mesh_allows(aircraft: Aircraft) -> None:
+    """Places that keep the element size of a plain shape are never refused for its mesh."""
+    places = np.random.default_rng(2).uniform([-2.6, -0.8, -0.4], [4.5, 0.8, 1.2], (4000, 3))
+    found = [aircraft.magnetics.obstacle(tuple(place.tolist())) for place in places]
+    meshes = load_steel(aircraft).obstacles(places)
+    assert sum(mesh is not None for mesh in meshes) > 100
+    assert not [mesh for text, mesh in zip(found, meshes, strict=True) if text is None and mesh is not None]

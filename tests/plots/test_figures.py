@@ -12,7 +12,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 @pytest.mark.parametrize("kind", [kind for kind in plots.KINDS if kind not in {"electronics", "tow"}])
-def test_every_kind_is_drawn_and_written_whole(kind, calibration, tmp_path):
+def test_every_kind_is_drawn_and_written(kind, calibration, tmp_path):
     target = tmp_path / f"{kind}.png"
     plots.save(plots.KINDS[kind](calibration, None), target)
     assert target.read_bytes().startswith(PNG)
@@ -20,14 +20,14 @@ def test_every_kind_is_drawn_and_written_whole(kind, calibration, tmp_path):
     assert list(tmp_path.iterdir()) == [target]
 
 
-def test_the_same_recording_gives_the_same_picture(calibration, tmp_path):
+def test_the_same_recording_gives_the_same_figure(calibration, tmp_path):
     for name in ("a.svg", "b.svg"):
         plots.save(plots.plot_field(calibration), tmp_path / name)
     first, second = ((tmp_path / name).read_bytes() for name in ("a.svg", "b.svg"))
     assert first == second
 
 
-def test_a_flight_without_truth_is_drawn_from_what_the_instruments_said(calibration, tmp_path):
+def test_a_flight_without_truth_is_drawn_from_the_instruments(calibration, tmp_path):
     plots.save(plots.plot_flight(calibration.blind()), tmp_path / "flight.png")
     plots.save(plots.plot_field(calibration.blind()), tmp_path / "field.png")
 
@@ -38,7 +38,7 @@ def test_parts_along_the_background_add_up_to_the_projection_label(calibration):
     np.testing.assert_allclose(total, calibration["projection_cabin_nt"], atol=5e-3)
 
 
-def test_track_lies_where_the_aircraft_flew(calibration):
+def test_the_track_is_that_of_the_aircraft(calibration):
     axes = plots.plot_flight(calibration).axes[0]
     east = np.concatenate([line.get_xdata() for line in axes.lines])
     north = np.concatenate([line.get_ydata() for line in axes.lines])
@@ -48,7 +48,7 @@ def test_track_lies_where_the_aircraft_flew(calibration):
     assert east.max() > 12.0
 
 
-def test_unknown_sensor_is_named_with_those_that_there_are(calibration):
+def test_an_unknown_sensor_is_named_with_the_known_ones(calibration):
     with pytest.raises(RequestError, match=r"'kitchen'.*allowed: cabin"):
         plots.plot_field(calibration, "kitchen")
 
@@ -63,7 +63,7 @@ def test_electronics_needs_currents(calibration):
         plots.plot_electronics(calibration)
 
 
-def test_electronics_draws_what_changes(calibration, tmp_path):
+def test_electronics_draws_varying_currents(calibration, tmp_path):
     time = calibration.time_s
     pump, volts = 4.0 * (np.sin(0.1 * time) > 0.0), 28.0 - 0.01 * np.sin(time)
     extra = {"cur_pump_a": pump, "cur_radio_a": np.full(len(time), 18.0), "vol_main_v": volts}
@@ -129,7 +129,7 @@ def test_only_png_and_svg_are_written(calibration, tmp_path):
         plots.save(plots.plot_field(calibration), tmp_path / "field.bmp")
 
 
-def test_an_existing_picture_stays(calibration, tmp_path):
+def test_an_existing_figure_stays(calibration, tmp_path):
     target = tmp_path / "field.png"
     target.write_bytes(b"mine")
     with pytest.raises(RequestError, match="--force"):

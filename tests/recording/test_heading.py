@@ -36,7 +36,7 @@ def test_values_stand_at_the_time_of_the_pass() -> None:
 def test_what_a_recording_does_not_hold_is_left_out() -> None:
     (row,) = heading_table(recording([ENTRY]), "tail")
     assert (row.clean_nt, row.interference_nt) == (None, None)
-    # Who compensates is not told when the center was passed.
+    # A compensator is not given the times at which the center was passed.
     assert heading_table(recording([ENTRY]).blind(), "cabin") == ()
     assert not has_heading_table(recording("none"))
     assert heading_table(recording([]), "cabin") == ()

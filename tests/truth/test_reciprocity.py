@@ -5,8 +5,8 @@ import pytest
 
 from magsim.aircraft import load_aircraft
 from magsim.field.metal.steel.induced import InducedModel
-from magsim.field.metal.steel.model import steel_parts
-from magsim.field.response import compute_response
+from magsim.field.metal.steel.meshing import steel_parts
+from magsim.field.response import load_response
 
 
 @pytest.fixture(scope="module")
@@ -24,6 +24,6 @@ def test_response_is_reciprocal(model: InducedModel, point: tuple[float, float, 
 
 
 def test_the_aircraft_runs_through_the_solver_that_is_tested_here(model: InducedModel) -> None:
-    response = compute_response(load_aircraft("c208b"))
+    response = load_response(load_aircraft("c208b"))
     np.testing.assert_allclose(model.response(response.positions_m), response.induced, rtol=1e-9, atol=1e-13)
     assert isinstance(model, InducedModel)

@@ -148,8 +148,8 @@ def test_a_sphere_is_the_dipole_that_demagnetization_leaves():
 
 def test_a_body_is_felt_along_the_axes_of_the_place_where_it_is_felt():
     """A dipole 50 km away, in Earth-fixed axes with nothing but its formula."""
-    told = {"kind": "dipole", "name": "far", "lat_deg": 52.6, "lon_deg": 10.2, "depth_m": 0.0}
-    [far] = sources_of(scenario(told | {"moment_am2": [1e9, 2e9, 3e9]}), GROUND)
+    wreck = {"kind": "dipole", "name": "far", "lat_deg": 52.6, "lon_deg": 10.2, "depth_m": 0.0}
+    [far] = sources_of(scenario(wreck | {"moment_am2": [1e9, 2e9, 3e9]}), GROUND)
     lat, lon = np.radians([52.6, 10.2])
     source_e, moment_e = ecef_from_geodetic(lat, lon, 124.0), rot_ne_at(lat, lon).T @ [1e9, 2e9, 3e9]
     point_e = ecef_from_geodetic(*np.radians([52.2, 9.8]), 244.0)

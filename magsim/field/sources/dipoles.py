@@ -101,7 +101,8 @@ class DeflectedDipole:
         ``HINGE_STEP_RAD`` to both sides; between these it is right to 0.1 % some meters off.
         """
         angles = np.array([0.0, HINGE_STEP_RAD, -HINGE_STEP_RAD])
-        rest, plus, minus = replace(self, cos=np.cos(angles), sin=np.sin(angles)).at(points)
+        turned = replace(self, cos=np.cos(angles), sin=np.sin(angles))
+        rest, plus, minus = turned.along(np.broadcast_to(points, (3, *np.shape(points))))
         even = 0.5 * (plus + minus) - rest
         odd = 0.5 * (plus - minus)
         return np.stack([rest, even / (np.cos(HINGE_STEP_RAD) - 1.0), odd / np.sin(HINGE_STEP_RAD)], axis=-1)

@@ -1,1 +1,5 @@
-"""The path over ground: patterns, turns, heights."""
+"""The path over ground.
+
+``patterns`` draws it from ``elements`` in a ``plane``, ``dubins`` connects them, ``heights`` plans heights, ``wind``
+is the wind triangle.
+"""

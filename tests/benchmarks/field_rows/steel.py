@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 from magsim.aircraft import load_aircraft
 from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, ball, box_surface, disc_grid, icosphere
 from magsim.field.metal.steel.induced import ClosedBody, InducedModel, Part, Sheet, Solid, charge_gradient
-from magsim.field.metal.steel.model import check_apart, steel_parts
+from magsim.field.metal.steel.meshing import check_apart, steel_parts
 from magsim.field.metal.steel.reaction import dipole_charge
 from tests.benchmarks.rows import Row, at_least, at_most, stated
 from tests.support import bodies

@@ -103,9 +103,9 @@ def rows() -> list[Row]:
     for links, (coarse, fine) in zip((4, 8, 16), itertools.pairwise(errors), strict=True):
         out.append(within(f"pendulum_period_order_at_{links}_links", math.log2(coarse / fine), "1", 1.95, 2.05))
     differences = [
-        np.abs(np.array(decays(*body, speed)) - told)
+        np.abs(np.array(decays(*body, speed)) - expected)
         for body, table in DECAY.items()
-        for speed, told in zip(DECAY_MPS, table, strict=True)
+        for speed, expected in zip(DECAY_MPS, table, strict=True)
     ]
     period, damping = np.max(differences, axis=0)
     return [

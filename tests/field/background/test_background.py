@@ -9,7 +9,7 @@ import pytest
 from magsim.aircraft import load_aircraft
 from magsim.earth import LocalFrame, decimal_year, ecef_from_geodetic, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.errors import DataError
-from magsim.field import AircraftResponse, compute_field, compute_response
+from magsim.field import AircraftResponse, compute_field, load_response
 from magsim.field.background.crust import crust_of
 from magsim.field.background.station import station_field
 from magsim.field.background.targets import sources_of
@@ -59,7 +59,7 @@ def flight() -> Flight:
 
 @pytest.fixture(scope="module")
 def response() -> AircraftResponse:
-    return compute_response(AIRCRAFT)
+    return load_response(AIRCRAFT)
 
 
 def scenario(seed: int = 1, **field: object) -> Scenario:
@@ -98,7 +98,7 @@ def test_crust_at_each_own_place(run: Callable, flight: Flight) -> None:
     for mount in truth.mounts:
         exact = at_own_place(flight, truth, mount, field.field_e, INSIDE)
         assert np.abs(truth.part("crust", mount)[INSIDE] - exact).max() < 1e-4
-    # Tail and cabin are 11 m apart: that is felt, thousands of times more than the spline misses.
+    # Tail and cabin are 11 m apart: the difference is thousands of times the error of the spline.
     assert np.abs(truth.part("crust", "sgl_mag_1") - truth.part("crust", "cabin_center")).max() > 0.5
 
 
@@ -140,8 +140,8 @@ def test_a_flight_below_the_plane_is_refused_with_the_remedy(run: Callable) -> N
     wanted = r"at \d+\.\d s the flight is 7\d\.\d m below .*allowed: plane_m = 2[12]\d or lower"
     with pytest.raises(DataError, match=wanted) as e:
         run(crust=CRUST | {"plane_m": 295.0})
-    told = float(str(e.value).rsplit("= ", 1)[1].split(" ")[0])
-    assert "crust" in run(crust=CRUST | {"plane_m": told}).parts_b
+    plane = float(str(e.value).rsplit("= ", 1)[1].split(" ")[0])
+    assert "crust" in run(crust=CRUST | {"plane_m": plane}).parts_b
 
 
 def test_heights_count_from_the_ground_at_the_start() -> None:

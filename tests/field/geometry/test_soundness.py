@@ -1,4 +1,4 @@
-"""Meshes that may not be magnetized are told with place and remedy; sound ones pass."""
+"""Meshes that may not be magnetized are refused with place and remedy; sound ones pass."""
 
 import numpy as np
 import pytest

@@ -89,7 +89,7 @@ def test_the_carriers_field_is_that_of_its_response_at_each_place(
         assert np.abs(got[ROWS, s] - exact).max() < 1e-3 * size.max()
 
 
-def test_what_turns_is_followed_exactly(toy: Aircraft, bird: Bird) -> None:
+def test_turning_parts_are_followed_exactly(toy: Aircraft, bird: Bird) -> None:
     above, _ = both(scenario_of(), toy, bird, flown(5.0))
     places = np.array([0.5, -2.0, 6.0]) + 2.0 * np.sin(above.situation.time_s[:, None, None] * [0.3, 0.5, 0.7])
     exact = turning_by_hand(above, places[ROWS, 0])
@@ -99,7 +99,7 @@ def test_what_turns_is_followed_exactly(toy: Aircraft, bird: Bird) -> None:
 
 
 def test_a_bird_in_the_metal_is_refused(toy: Aircraft, bird: Bird) -> None:
-    """Two decimeters beside a wire the field cannot be interpolated: it is said how badly, and what helps."""
+    """Two decimeters beside a wire the field cannot be interpolated: the message has the error and the remedies."""
     above, _ = both(scenario_of(), toy, bird, flown(5.0))
     time = above.situation.time_s[:, None, None]
     near = np.array([0.0, 1.2, 0.6]) + np.array([1.5, 0.0, 0.1]) * np.sin(np.array([0.9, 0.5, 0.7]) * time)

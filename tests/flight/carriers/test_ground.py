@@ -1,4 +1,4 @@
-"""The ground under a flight: what JSBSim knows of it, contact, heights in the recording, scenarios that are wrong."""
+"""The ground under a flight: its height in JSBSim, contact, heights in the recording, wrong scenarios."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -39,12 +39,12 @@ def test_level_ground_far_below_changes_no_bit(cessna: Aircraft, scenario_of: Sc
 
 
 def test_the_ground_is_touched_at_its_height(cessna: Aircraft, scenario_of: ScenarioOf):
-    scenario = scenario_of({"kind": "box", "leg_m": 20_000.0}, start={"alt_m": 420.0}, terrain=HILLS)
+    scenario = scenario_of({"kind": "straight", "leg_m": 6000.0}, start={"alt_m": 420.0}, terrain=HILLS)
     ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
     with pytest.raises(DataError, match="touched the ground at t =") as caught:
         fly(scenario, cessna)
     time = float(str(caught.value).split("t = ")[1].split(" s")[0])
-    # the same flight high above the hills passes the same places
+    # the same flight high above the hills follows the same path
     high = scenario_of(scenario.pattern.model_dump(), start={"alt_m": 420.0}, terrain=HILLS | {"mean_m": -200.0})
     path = fly(high, cessna).carrier
     rows = path.time_s <= time
@@ -155,7 +155,7 @@ def test_wrong_grids_are_reported_with_the_line_of_the_scenario(folder: Path):
 
 
 def test_a_flight_that_leaves_its_grid(folder: Path):
-    loaded = load_scenario(folder / "s.toml", ["pattern.leg_m=30000", "start.alt_m=1900"])
+    loaded = load_scenario(folder / "s.toml", ["pattern.leg_m=30000", "start.alt_m=1900", "start.lat_deg=46.66"])
     with pytest.raises(DataError, match="leaves the terrain grid at latitude"):
         fly(loaded.scenario, loaded.aircraft, ground=loaded.ground)
 

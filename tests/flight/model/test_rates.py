@@ -1,4 +1,4 @@
-"""What lies between the rows of the log, and between the steps: bounds that the benchmark of speed holds too."""
+"""Errors between the rows of the log and between the steps, with the bounds of the benchmark of speed."""
 
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight import fly

@@ -306,7 +306,7 @@ def test_steps_that_are_too_few_for_the_rope_are_reported(towed: Callable[..., F
         towed({"rope": thread, "body": body}, own=slender)
     with pytest.raises(
         DataError,
-        match=r"^the flight lost the swing of its bird \(allowed: a larger flight\.step_hz, fewer links, a heavier "
+        match=r"^the flight lost the motion of its bird \(allowed: a larger flight\.step_hz, fewer links, a heavier "
         r"rope\) at t = -(39|40)\.\d s: height 1000 m",
     ):
         towed({"rope": {"mass_kgpm": 1e-3}})

@@ -1,4 +1,4 @@
-"""The mesh of the skin: sizes, soundness, and how a mesh is told that is not sound."""
+"""The mesh of the skin: sizes, soundness, and the refusal of a mesh that is not sound."""
 
 import copy
 from dataclasses import replace
@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from magsim.aircraft import Aircraft, Magnetics, load_aircraft
 from magsim.aircraft.magnetics import DrawnOutline, Skin
 from magsim.errors import RequestError
-from magsim.field import compute_response, load_response, obstacles
+from magsim.field import load_response, obstacles
 from magsim.field.geometry.meshes import TriangleMesh, box_surface, icosphere
 from magsim.field.geometry.refine import distance_to_triangles, refine
 from magsim.field.metal.skin.lofts import ellipse, superellipse, volume
@@ -207,7 +207,7 @@ def test_mount_on_the_skin(aircraft: Aircraft) -> None:
     settings["mounts"]["bad"] = {"position_m": [-2.9, 0.0, -0.78], "source": "a test"}
     broken = Aircraft("c208b", aircraft.facts, Magnetics.model_validate(settings), "broken")
     with pytest.raises(RequestError, match=r"c208b: the place .* is 0.0\d* m from skin part 'fuselage'; allowed"):
-        compute_response(broken)
+        load_response(broken)
     found = obstacles(aircraft, np.array([[-2.9, 0.0, -0.78], [-2.9, 0.0, -0.6]]))
     assert "skin part 'fuselage'" in found[0]
     assert found[1] is None

@@ -11,7 +11,8 @@ from magsim.errors import RequestError
 from magsim.field import compute_response, load_response, obstacles, response_at
 from magsim.field.geometry.meshes import box_surface, icosphere
 from magsim.field.geometry.meshfile import MAX_TRIANGLES
-from magsim.field.metal.steel.model import MAX_PANELS, SteelModel, load_steel
+from magsim.field.metal.steel.meshing import MAX_PANELS
+from magsim.field.metal.steel.model import SteelModel, load_steel
 from magsim.field.sources.dipoles import dipole_field
 from magsim.units import MU0
 from tests.support import bodies
@@ -58,20 +59,6 @@ def test_parts_on_both_sides_keep_the_aircraft_symmetric() -> None:
     induced = load_steel(_aircraft(*parts)).at(np.array([[0.4, 0.0, -0.3]])).induced[0]
     across = (induced[0, 1], induced[1, 0], induced[1, 2], induced[2, 1])
     assert max(map(abs, across)) < 2e-3 * np.abs(induced).max()
-
-
-def test_response_at_mounts_and_places_is_the_model_there() -> None:
-    aircraft = load_aircraft("c208b")
-    model, response = load_steel(aircraft), compute_response(aircraft)
-    field = model.at(response.positions_m)
-    np.testing.assert_array_equal(field.induced, response.induced)
-    np.testing.assert_array_equal(field.induced_gradient, response.induced_gradient)
-    assert not np.any(field.reaction_nt)
-    one = response_at(aircraft, {"somewhere": POINT[0]})
-    np.testing.assert_array_equal(one.induced, model.at(POINT).induced)
-    quick = model.at(POINT, gradient=False)
-    np.testing.assert_array_equal(quick.induced, one.induced)
-    assert np.all(np.isnan(quick.induced_gradient))
 
 
 def test_kept_by_content(cache: Path) -> None:
@@ -183,15 +170,6 @@ class TestObstacles:
         assert magnet == "0.1 m from dipole 'magnet'; allowed: at least 0.2 m"
         assert near.startswith("0.0142 m from steel part 'ball'")
         assert free is None
-
-    def test_what_the_file_allows_the_mesh_allows(self) -> None:
-        """Places that keep the element size of a plain shape are never refused for its mesh."""
-        aircraft = load_aircraft("c208b")
-        places = np.random.default_rng(2).uniform([-2.6, -0.8, -0.4], [4.5, 0.8, 1.2], (4000, 3))
-        told = [aircraft.magnetics.obstacle(tuple(place.tolist())) for place in places]
-        meshes = load_steel(aircraft).obstacles(places)
-        assert sum(mesh is not None for mesh in meshes) > 100
-        assert not [mesh for text, mesh in zip(told, meshes, strict=True) if text is None and mesh is not None]
 
     def test_a_place_on_a_panel(self, model: SteelModel) -> None:
         on = model.corners[5].mean(axis=0)

@@ -7,7 +7,7 @@ import trimesh
 from magsim.field.geometry.meshes import Tetrahedra, TriangleMesh, ball, boundary, cylinder
 from magsim.field.geometry.soundness import check_surface
 from magsim.field.metal.steel.induced import InducedModel, Sheet, Solid
-from magsim.field.metal.steel.model import steel_parts
+from magsim.field.metal.steel.meshing import steel_parts
 from magsim.field.metal.steel.shapes import graded, loft, mirrored, plate, strip, tube
 from tests.support.steel_kinds import ALL_KINDS, steel
 
