@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from magsim import plots
 from magsim.benchmark import Report, evaluate
@@ -35,7 +35,7 @@ FIGURES = ("flight", "field", "interference", "spectrum")
 Simulating = Callable[[], AbstractContextManager[Callable[[str, float], None]]]
 """Opens a display that is called with the name of a step and its share done, 0 to 1."""
 
-Training = Callable[[], AbstractContextManager[Callable[[object], None]]]
+Training = Callable[[], AbstractContextManager[Callable[[Any], None]]]
 """Opens a display that is called with the state of one training (``magsim.training.Progress``)."""
 
 
@@ -102,7 +102,7 @@ def run_demo(
     return DemoResult(recording, report, tuple(writer.folder / name for name in writer.written))
 
 
-def _train(name: str, recording: Recording, sensor: str, progress: Callable[[object], None]) -> Compensator:
+def _train(name: str, recording: Recording, sensor: str, progress: Callable[[Any], None]) -> Compensator:
     """Train one network with its demo preset."""
     return create(name, preset="demo").fit(recording, sensor=sensor, context=FitContext(progress=progress))
 
