@@ -3,6 +3,7 @@
 import hashlib
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from magsim import assets
@@ -77,7 +78,7 @@ def build(
     def write(folder: Path) -> None:
         write_shards(loaded.tasks, folder, jobs=jobs, check=_check_splits, progress=progress)
         count = reference.count if reference else loaded.recipe.samples
-        found = contents_of(folder, loaded.name, fingerprint(), count)
+        found = grouped(contents_of(folder, loaded.name, fingerprint(), count), loaded)
         if reference is not None:
             agreements.append(compare(found, reference))
         write_describing(loaded, found, folder)
@@ -90,6 +91,16 @@ def build(
         return agreements[0]
     text = f"its manifest in {loaded.folder} is new" if renew else "there is no manifest to compare with"
     return Agreement("own", text)
+
+
+def grouped(contents: Contents, loaded: LoadedRecipe) -> Contents:
+    """Return contents whose manifest has the groups and levels of the recipe's files."""
+    shards = {f"{shard.name}.h5": shard for shard in loaded.recipe.shards}
+    files = tuple(
+        entry.model_copy(update={"group": shards[entry.name].group, "level": shards[entry.name].level})
+        for entry in contents.manifest.files
+    )
+    return replace(contents, manifest=contents.manifest.model_copy(update={"files": files}))
 
 
 def check_renewable(folder: Path) -> None:
@@ -114,16 +125,19 @@ def check_recipe(loaded: LoadedRecipe, reference: Reference) -> None:
         If recipe, scenarios or aircraft have changed since the manifest was made.
     """
     files = reference.manifest.files
-    listed = [(entry.name, flight.name, flight.digest) for entry in files for flight in entry.flights]
-    tasks = sorted(loaded.tasks, key=lambda task: task.shard)
-    wanted = [(f"{task.shard}.h5", task.name, task.digest) for task in tasks]
+    listed = [(entry.name, entry.group, entry.level, f.name, f.digest) for entry in files for f in entry.flights]
+    shards = {shard.name: shard for shard in loaded.recipe.shards}
+    wanted = [
+        (f"{task.shard}.h5", shards[task.shard].group, shards[task.shard].level, task.name, task.digest)
+        for task in sorted(loaded.tasks, key=lambda task: task.shard)
+    ]
     if listed != wanted:
         odd = next((one for one in wanted if one not in listed), None) or next(
             one for one in listed if one not in wanted
         )
         msg = (
             f"{reference.path}: was made from another recipe, scenario or aircraft than the present ones "
-            f"(flight {odd[1]}); magsim dataset build {loaded.folder} --renew makes a new one"
+            f"(flight {odd[3]}); magsim dataset build {loaded.folder} --renew makes a new one"
         )
         raise DataError(msg)
 

@@ -43,6 +43,10 @@ class ShardRecipe(Strict):
 
     name: Name
     note: str = Field(default="", description="its content, for the card")
+    group: Name | None = Field(
+        default=None, description="files of one group belong together: methods are fitted and judged on them as a whole"
+    )
+    level: int | None = Field(default=None, ge=0, le=1000, description="step of difficulty, for reports")
     set_: Texts = Field(default=(), alias="set", description="settings of all its flights")
     flights: Annotated[tuple[FlightRecipe, ...], Field(strict=False, min_length=1)]
 
