@@ -34,7 +34,7 @@ class State:
     arrays : mapping of str to array
         Arrays of numbers.
     weights : mapping of str to array
-        Parameters of a network, as ``state_dict`` names them. Needs safetensors (``magsim[train]``).
+        Parameters of a network, as ``state_dict`` names them. Needs safetensors (``aeromagsim[train]``).
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)

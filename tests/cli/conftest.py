@@ -2,6 +2,7 @@
 
 import pytest
 
+from magsim.compensation import registry
 from tests.support.worlds import World, calibration
 
 
@@ -14,5 +15,6 @@ def flight(tmp_path_factory):
 
 @pytest.fixture
 def own_folder(tmp_path, monkeypatch):
-    """An empty current folder."""
+    """An empty current folder, and a registry of methods that forgets classes of files."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(registry, "_REGISTRY", dict(registry._REGISTRY))
