@@ -12,13 +12,6 @@ from tests.support.paths import ROOT
 
 MOST_LINES = 400
 
-SAME_NAME = {
-    # settings in a scenario or an aircraft file, and what is made of them
-    "HingedDipole",
-    "Circuit",
-}
-"""Class names that two files may share."""
-
 
 def test_no_files_import_each_other_in_a_circle():
     graph = grimp.build_graph("magsim", exclude_type_checking_imports=False)
@@ -47,4 +40,4 @@ def test_public_classes_of_one_name_are_one_thing():
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 found[node.name].add(str(path.relative_to(ROOT)))
     twice = {name: sorted(paths) for name, paths in found.items() if len(paths) > 1}
-    assert {name: paths for name, paths in twice.items() if name not in SAME_NAME} == {}
+    assert twice == {}

@@ -117,7 +117,7 @@ class Report:
         fit_s = self._fit_seconds() if times else None
         text = tables.text(self.rows, chosen, fit_s=fit_s, asked=scores is not None)
         lines = tables.fitted(self.fits) + [f"note: {note}" for note in self.notes]
-        return text + "".join(f"{line}\n" for line in lines)
+        return text.rstrip("\n") + "\n" + "".join(f"{line}\n" for line in ["", *lines] if lines)
 
     def _fit_seconds(self) -> dict[tuple[str, str], str]:
         """Return the CPU time of the fit that each recording was judged with, as text, by method and recording."""

@@ -13,7 +13,7 @@ import numpy as np
 from magsim.arrays import readonly
 from magsim.errors import DataError
 from magsim.files import first_bytes
-from magsim.recording.segments import Segment, cells, headings_and_maneuvers
+from magsim.recording.segments import NamedRows, cells, headings_and_maneuvers
 from magsim.storage import atomic_write
 
 MAX_BYTES = 2**31
@@ -73,7 +73,7 @@ class Residuals:
     error_raw : (n,) [nT], optional
         Unfiltered error.
     heading_deg, maneuver, turn : (n,), optional
-        Segment columns of the recording.
+        NamedRows columns of the recording.
     """
 
     judged: Judged
@@ -121,12 +121,12 @@ class Residuals:
         return Residuals(self.judged, **{name: values[rows] for name, values in self._signals().items()})
 
     @property
-    def segments(self) -> list[Segment]:
+    def segments(self) -> list[NamedRows]:
         """Straight legs by heading, and maneuvers; see ``magsim.recording.segments``."""
         return headings_and_maneuvers(self._segment_columns())
 
     @property
-    def cells(self) -> list[Segment]:
+    def cells(self) -> list[NamedRows]:
         """Maneuvers on headings: the cells of a figure of merit."""
         return cells(self._segment_columns())
 

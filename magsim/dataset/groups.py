@@ -1,14 +1,14 @@
 """Which recordings belong together: a method is fitted on a group's training rows and judged on its test rows."""
 
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 
 from magsim.dataset.folder import Dataset
 from magsim.dataset.index import FlightInfo, index_file, recording_files
-from magsim.dataset.manifest import MANIFEST, read_manifest
-from magsim.errors import RequestError
+from magsim.dataset.manifest import MANIFEST, FileEntry, read_manifest
+from magsim.errors import MagsimError, RequestError
 from magsim.recording import Recording
 from magsim.storage import inspection
 
@@ -54,10 +54,13 @@ def _flights(data: Data) -> Iterator[FlightInfo]:
     if isinstance(data, Recording):
         yield FlightInfo.of(data)
     elif isinstance(data, Dataset):
-        yield from _of_files(data.folder, data.files)
+        yield from _of_files(data.files, _listed(data.folder))
     elif isinstance(data, Path | str):
         path = Path(data)
-        yield from _of_files(path, recording_files(path)) if path.is_dir() else index_file(path)
+        if path.is_dir():
+            yield from _of_files(recording_files(path), _listed(path))
+        else:
+            yield from _of_files([path], _listed_beside(path))
     elif isinstance(data, Iterable):
         for item in data:
             yield from _flights(item)
@@ -69,12 +72,24 @@ def _flights(data: Data) -> Iterator[FlightInfo]:
         raise RequestError(msg)
 
 
-def _of_files(folder: Path, files: Iterable[Path]) -> Iterator[FlightInfo]:
-    """Yield the flights of files of a folder, with what its manifest states of them."""
-    files = tuple(files)
-    inspection.inspect_many(files)
+def _listed(folder: Path) -> dict[str, FileEntry]:
+    """Return what the manifest of a folder states of its files, by name; nothing without a manifest."""
     manifest = folder / MANIFEST
-    listed = {entry.name: entry for entry in read_manifest(manifest).files} if manifest.is_file() else {}
+    return {entry.name: entry for entry in read_manifest(manifest).files} if manifest.is_file() else {}
+
+
+def _listed_beside(path: Path) -> dict[str, FileEntry]:
+    """Return what a manifest beside a file states; one that cannot be read does not matter for a file that is named."""
+    try:
+        return _listed(path.parent)
+    except MagsimError:
+        return {}
+
+
+def _of_files(files: Sequence[Path], listed: Mapping[str, FileEntry]) -> Iterator[FlightInfo]:
+    """Yield the flights of files, with what a manifest states of them."""
+    if len(files) > 1:
+        inspection.inspect_many(files)
     for path in files:
         entry = listed.get(path.name)
         for info in index_file(path):

@@ -8,7 +8,7 @@ import numpy as np
 from magsim import columns
 
 
-class Segment(NamedTuple):
+class NamedRows(NamedTuple):
     """Rows of one part of a flight."""
 
     name: str
@@ -21,7 +21,7 @@ def has_maneuvers(data: Mapping[str, np.ndarray]) -> bool:
     return columns.LEG_HEADING.pattern in data and columns.MANEUVER.pattern in data
 
 
-def headings_and_maneuvers(data: Mapping[str, np.ndarray]) -> list[Segment]:
+def headings_and_maneuvers(data: Mapping[str, np.ndarray]) -> list[NamedRows]:
     """Find the straight legs of each heading, ``heading 90``, and the rows of each maneuver, ``roll``.
 
     Parameters
@@ -31,19 +31,19 @@ def headings_and_maneuvers(data: Mapping[str, np.ndarray]) -> list[Segment]:
 
     Returns
     -------
-    list of Segment
+    list of NamedRows
         Those that have rows: headings in order, then maneuvers. Empty without these columns.
     """
     if not has_maneuvers(data):
         return []
     heading, maneuver = data[columns.LEG_HEADING.pattern], data[columns.MANEUVER.pattern]
     straight = data.get(columns.TURN.pattern, np.zeros(len(heading))) == 0.0
-    found = [Segment(f"heading {value:g}", straight & (heading == value)) for value in np.unique(heading[straight])]
-    found += [Segment(word, maneuver == code) for code, word in columns.MANEUVERS.items() if code != 0]
+    found = [NamedRows(f"heading {value:g}", straight & (heading == value)) for value in np.unique(heading[straight])]
+    found += [NamedRows(word, maneuver == code) for code, word in columns.MANEUVERS.items() if code != 0]
     return [segment for segment in found if segment.rows.any()]
 
 
-def cells(data: Mapping[str, np.ndarray]) -> list[Segment]:
+def cells(data: Mapping[str, np.ndarray]) -> list[NamedRows]:
     """Find the rows of each maneuver on each heading, ``heading 90 roll``: the cells of a figure of merit.
 
     Parameters
@@ -53,7 +53,7 @@ def cells(data: Mapping[str, np.ndarray]) -> list[Segment]:
 
     Returns
     -------
-    list of Segment
+    list of NamedRows
         Those that have rows, in order of heading, then maneuver. Empty without these columns.
     """
     if not has_maneuvers(data):
@@ -62,6 +62,6 @@ def cells(data: Mapping[str, np.ndarray]) -> list[Segment]:
     flown = np.isin(maneuver, [code for code in columns.MANEUVERS if code != 0])
     pairs = sorted(set(zip(heading[flown].tolist(), maneuver[flown].tolist(), strict=True)))
     return [
-        Segment(f"heading {course:g} {columns.MANEUVERS[int(code)]}", (heading == course) & (maneuver == code))
+        NamedRows(f"heading {course:g} {columns.MANEUVERS[int(code)]}", (heading == course) & (maneuver == code))
         for course, code in pairs
     ]

@@ -110,3 +110,17 @@ def test_broken_manifests_are_refused(tmp_path):
     (tmp_path / MANIFEST).write_text("{")
     with pytest.raises(DataError, match="is no manifest of a data set"):
         groups_of(tmp_path)
+
+
+def test_a_named_file_has_the_group_and_level_of_the_manifest_beside_it(tmp_path):
+    folder = write(tmp_path / "set", a={"one": BOTH}, b={"two": BOTH})
+    manifest = manifest_of(folder)
+    files = [entry.model_copy(update={"group": "g", "level": 3}) for entry in manifest.files]
+    (folder / MANIFEST).write_text(manifest.model_copy(update={"files": tuple(files)}).to_json())
+    assert [(info.group, info.level) for info in flights_of([folder / "b.h5", folder / "a.h5"])] == [("g", 3)] * 2
+    assert names([folder / "b.h5", folder / "a.h5"]) == {"g": ["two", "one"]}
+    # a manifest of something else does not matter for a file that is named
+    (folder / MANIFEST).write_text('{"name": "an app"}')
+    assert [(info.group, info.level) for info in flights_of(folder / "a.h5")] == [(None, None)]
+    with pytest.raises(DataError, match="is no manifest of a data set"):
+        flights_of(folder)
