@@ -48,3 +48,17 @@ def test_every_method_is_on_the_page():
 
     text = (ROOT / "docs" / "compensators.md").read_text(encoding="utf-8")
     assert all(f"`{name}`" in text for name in names() if name != "mine")
+
+
+def test_every_metric_is_on_the_page_with_its_unit_and_meaning():
+    from magsim.benchmark import METRICS
+
+    text = (ROOT / "docs" / "benchmark.md").read_text(encoding="utf-8")
+    good = {"less": "small", "more": "large", "one": "close to 1"}
+    rows = [f"| `{metric.name}` | {metric.unit} | {metric.meaning} | {good[metric.better]} |" for metric in METRICS]
+    table = [
+        line
+        for line in text.splitlines()
+        if re.match(r"\| `\w+` \| (nT|1) \| .* \| (small|large|close to 1) \|$", line)
+    ]
+    assert table == rows
