@@ -175,12 +175,11 @@ def _equations(model: LinearModel, rows: _Rows) -> tuple[np.ndarray, np.ndarray]
         np.column_stack([d.matrix, beside.matrix, target])
         for d, beside, target in zip(rows.designs, rows.field.designs, rows.targets, strict=True)
     ]
-    filtered = np.concatenate(
-        [
-            in_band(table, recording.time_s, read)
-            for recording, table, read in zip(rows.recordings, tables, rows.read, strict=True)
-        ]
-    )
+    parts = [
+        in_band(table, recording.time_s, read)
+        for recording, table, read in zip(rows.recordings, tables, rows.read, strict=True)
+    ]
+    filtered = parts[0] if len(parts) == 1 else np.concatenate(parts)
     _check_length(model, filtered[:, :-1], rows.recordings)
     return filtered[:, :-1], filtered[:, -1]
 

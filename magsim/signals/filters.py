@@ -40,14 +40,17 @@ def _forward_backward(values: np.ndarray, edges_hz: tuple[float, ...], kind: str
     sos, steady = _butter(edges_hz, kind, float(rate_hz))
     # scipy's default length of the odd extension at the ends, cut where the signal is shorter than it
     pad = min(3 * (2 * len(sos) + 1), len(values) - 1)
-    channels = np.ascontiguousarray(values.reshape(len(values), -1).T)
-    before = 2.0 * channels[:, :1] - channels[:, pad:0:-1]
-    after = 2.0 * channels[:, -1:] - channels[:, -2 : -(pad + 2) : -1]
-    out = np.concatenate([before, channels, after], axis=1)
+    table = values.reshape(len(values), -1)
+    out = np.empty((table.shape[1], len(values) + 2 * pad))
+    inside = slice(pad, pad + len(values))
+    out[:, inside] = table.T
+    out[:, :pad] = 2.0 * out[:, pad : pad + 1] - out[:, 2 * pad : pad : -1]
+    last = inside.stop - 1
+    out[:, inside.stop :] = 2.0 * out[:, last : last + 1] - out[:, last - 1 : last - pad - 1 : -1]
     for _ in range(2):
         out, _ = signal.sosfilt(sos, out, axis=1, zi=steady[:, None] * out[:, :1])
         out = out[:, ::-1]
-    return out[:, pad : pad + len(values)].T.reshape(values.shape)
+    return out[:, inside].T.reshape(values.shape)
 
 
 def band_pass(values: np.ndarray, rate_hz: float, band_hz: tuple[float, float] = BAND_HZ) -> np.ndarray:

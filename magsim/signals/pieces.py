@@ -60,11 +60,18 @@ def in_band(values: np.ndarray, time_s: np.ndarray, rows: np.ndarray | None = No
         Pieces that are shorter than both ends together give no rows.
     """
     rate_hz = 1.0 / np.median(np.diff(time_s))
-    parts = [values[:0]]
+    parts = []
     for span in spans(time_s):
         keep = off_ends(time_s[span])
         if rows is not None:
             keep &= rows[span]
         if keep.any():
-            parts.append(band_pass(values[span], rate_hz)[keep])
-    return np.concatenate(parts)
+            parts.append(np.ascontiguousarray(band_pass(values[span], rate_hz)[_as_slice(keep)]))
+    return parts[0] if len(parts) == 1 else np.concatenate([values[:0], *parts])
+
+
+def _as_slice(rows: np.ndarray) -> np.ndarray | slice:
+    """Return a mask as a slice where its rows touch: a slice is copied faster."""
+    marked = np.flatnonzero(rows)
+    first, stop = int(marked[0]), int(marked[-1]) + 1
+    return slice(first, stop) if stop - first == len(marked) else rows

@@ -31,8 +31,8 @@ def pick_fluxgate(recordings: Sequence[Recording], wanted: str | None = None) ->
 
 def mean_strength(recordings: Sequence[Recording], fluxgate: str) -> float:
     """Return the mean length of a fluxgate's reading over recordings [nT]."""
-    readings = np.concatenate([recording.vector(columns.FLUX, sensor=fluxgate) for recording in recordings])
-    return float(np.linalg.norm(readings, axis=1).mean())
+    lengths = [np.linalg.norm(r.vector(columns.FLUX, sensor=fluxgate), axis=1) for r in recordings]
+    return float(np.concatenate(lengths).mean())
 
 
 def direction_cosines(recording: Recording, fluxgate: str) -> tuple[np.ndarray, np.ndarray]:
@@ -70,8 +70,8 @@ def time_derivative(values: np.ndarray, time_s: np.ndarray, method: Derivative =
     -------
     (n, ...) [unit of values / s]
     """
-    out = np.zeros_like(values)
     rate_hz = 1.0 / np.median(np.diff(time_s))
+    out = np.zeros_like(values)
     for span in signals.spans(time_s):
         count = span.stop - span.start
         if count >= 4 and method == "spline":
