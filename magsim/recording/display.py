@@ -1,6 +1,7 @@
-"""How a recording shows itself: one line, a small table for notebooks, an xarray Dataset."""
+"""How a recording shows itself: one line, a small table for notebooks, a figure, an xarray Dataset."""
 
 import html as markup
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING
 
 from magsim import columns
@@ -8,8 +9,12 @@ from magsim.errors import RequestError
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from magsim.recording.file import FlightTable
+
+FIGURES = "magsim.figures"
+"""Entry point group of what draws recordings: a function of recording, kind and sensor. Drawing is an upper layer."""
 
 SHOWN = 6
 """Columns of a role that the table for notebooks names."""
@@ -39,6 +44,22 @@ def html(recording: "FlightTable") -> str:
             listed = ", ".join(names[:SHOWN]) + more
             rows.append(f"<tr><th>{role}</th><td>{len(names)}</td><td>{markup.escape(listed)}</td></tr>")
     return f"<table><caption>{markup.escape(title)}</caption>{''.join(rows)}</table>"
+
+
+def figure(recording: "FlightTable", kind: str, sensor: str | None) -> "Figure":
+    """Draw a figure; see ``Recording.plot``.
+
+    Raises
+    ------
+    RequestError
+        If nothing that draws is installed, there is no such kind, or the recording lacks what it shows.
+    """
+    drawers = entry_points(group=FIGURES)
+    if not drawers:
+        msg = f"nothing that draws recordings is installed: no entry point in the group {FIGURES}"
+        raise RequestError(msg)
+    drawn: Figure = next(iter(drawers)).load()(recording, kind, sensor)
+    return drawn
 
 
 def dataset(recording: "FlightTable") -> "xr.Dataset":

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Self
@@ -280,8 +279,7 @@ class Recording:
         RequestError
             If there is no such kind, or the recording lacks what it shows.
         """
-        # plots is an upper layer, found by its name as matplotlib finds its backends
-        return import_module("magsim.plots").plot(self, kind, sensor)
+        return display.figure(self, kind, sensor)
 
     def to_frame(self) -> "pd.DataFrame":
         """Return the table as a pandas DataFrame with ``time_s`` as index."""
