@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from magsim import columns, signals
 from magsim.aircraft import Aircraft
@@ -21,6 +20,7 @@ from magsim.field import AircraftResponse, parts, response_at
 from magsim.recording import Recording
 from magsim.recording.segments import cells, has_maneuvers
 from magsim.scenario import FieldSettings
+from magsim.threads import one_blas_thread
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def predict(
     if not places:
         msg = "there is no place to predict for"
         raise RequestError(msg)
-    with threadpool_limits(1):
+    with one_blas_thread():
         series, response = FlightSeries(recording, aircraft, settings), response_at(aircraft, places, full=False)
         signature = series.signatures(response)
         raw, left = series.score(signature), series.score(series.left(signature))

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Aircraft, Vehicle
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
@@ -17,6 +16,7 @@ from magsim.field.situation import Situation
 from magsim.field.wiring.electronics import Onboard
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
+from magsim.threads import one_blas_thread
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 
@@ -72,7 +72,7 @@ def compute_field(
     response = load_response(aircraft, scenario.field.eddy.model) if response is None else response
     report(0.1)
     # Spline fits call LAPACK: on one thread they give the same bits everywhere.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         situation = with_background(Situation.of(scenario, aircraft.magnetics, flight, response, ground))
         report(0.5)
         return compose(FlightExcitation(situation), aircraft, report)

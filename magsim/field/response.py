@@ -5,7 +5,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Magnetics, Vehicle
 from magsim.aircraft.magnetics import Coil
@@ -19,6 +18,7 @@ from magsim.field.metal.steel.model import SteelModel, compute_steel, file_diges
 from magsim.field.sources.dipoles import dipole_field
 from magsim.field.wiring.harness import Wiring
 from magsim.storage import cached
+from magsim.threads import one_blas_thread
 
 Arrays = dict[str, np.ndarray]
 
@@ -158,7 +158,7 @@ def _solve(
     _check_places(aircraft, places, steel)
     arrays = {"positions_m": points}
     # LU, Cholesky and eigh give other last bits on another number of threads.
-    with threadpool_limits(limits=1):
+    with one_blas_thread():
         try:
             arrays |= _fixed(aircraft.magnetics, steel, points, full=full)
             arrays |= EDDY[eddy](aircraft.magnetics, points, full=full)

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
 from magsim import config
 from magsim.errors import RequestError
 from magsim.field import compute_field, compute_tow_field
@@ -13,6 +11,7 @@ from magsim.loading import LoadedScenario, load_scenario
 from magsim.recording import Recording
 from magsim.scenario import Scenario
 from magsim.simulation.recording import record
+from magsim.threads import one_blas_thread
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 
@@ -66,7 +65,7 @@ def simulate(
         raise RequestError(msg)
     loaded = _loaded(scenario, _overrides(seed, set))
     # Solves on one BLAS thread and on two differ in their last bits.
-    with threadpool_limits(1):
+    with one_blas_thread():
         try:
             flight = fly(
                 loaded.scenario,

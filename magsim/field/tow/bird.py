@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from threadpoolctl import threadpool_limits
-
 from magsim.aircraft import Aircraft, Bird
 from magsim.field.composition import compose, with_background
 from magsim.field.excitation import FlightExcitation
@@ -14,6 +12,7 @@ from magsim.field.tow.carrier import carrier_field
 from magsim.field.tow.steady import steady_background
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
+from magsim.threads import one_blas_thread
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 
@@ -54,7 +53,7 @@ def compute_tow_field(
         If nothing is towed.
     """
     report = progress or (lambda _: None)
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         response = load_response(aircraft, scenario.field.eddy.model)
         carrier = with_background(Situation.of(scenario, aircraft.magnetics, flight, response, ground))
         above = FlightExcitation(carrier)

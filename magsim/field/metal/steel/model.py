@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from magsim.aircraft import Vehicle
 from magsim.aircraft.magnetics import (
@@ -25,6 +24,7 @@ from magsim.field.metal.steel.induced import (
 from magsim.field.metal.steel.meshing import check_apart, steel_parts, walls_of
 from magsim.field.metal.steel.reaction import dipole_charge
 from magsim.storage import cached
+from magsim.threads import one_blas_thread
 from magsim.units import MU0, NT_PER_T
 
 Arrays = dict[str, np.ndarray]
@@ -177,7 +177,7 @@ def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mappin
     parts = steel_parts(steel, files)
     check_apart(parts)
     # LU and Cholesky give other last bits on another number of threads.
-    with threadpool_limits(limits=1):
+    with one_blas_thread():
         try:
             model = InducedModel(list(parts.values()))
         except ValueError as error:
