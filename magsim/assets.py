@@ -66,6 +66,7 @@ def bird_dir(name_or_path: str | Path, base: Path | None = None) -> Path:
 def _vehicle_dir(
     what: str, name_or_path: str | Path, base: Path | None, known: tuple[str, ...], files: tuple[str, ...]
 ) -> Path:
+    check_path(what, name_or_path)
     if isinstance(name_or_path, Path) or any(slash in name_or_path for slash in {"/", os.sep}):
         return _own_vehicle((base or Path()) / name_or_path, known, files)
     if name_or_path in known:
@@ -92,6 +93,18 @@ def _own_vehicle(folder: Path, known: tuple[str, ...], files: tuple[str, ...]) -
     raise RequestError(msg)
 
 
+def check_path(what: str, value: object) -> None:
+    """Refuse what is neither text nor a path.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not isinstance(value, str | Path):
+        msg = f"{what}: is of type {type(value).__name__}; allowed: a name or a path, as text or as pathlib.Path"
+        raise RequestError(msg)
+
+
 def list_scenarios() -> tuple[str, ...]:
     """Return the names of the shipped scenarios, sorted: ``calibration_c208b``, ``papers/000_simulated``."""
     folder = ROOT / "scenarios"
@@ -108,6 +121,7 @@ def scenario_path(name_or_path: str | Path) -> Path:
     RequestError
         If it is neither; the message lists the shipped scenarios.
     """
+    check_path("scenario", name_or_path)
     path = Path(name_or_path)
     folder = False
     # a name that is too long or holds a zero byte is no path, and no shipped scenario either
@@ -142,6 +156,7 @@ def dataset_dir(name_or_path: str | Path) -> Path:
     RequestError
         If there is none; the message lists the names.
     """
+    check_path("data set", name_or_path)
     known = list_datasets()
     own = isinstance(name_or_path, Path) or any(slash in name_or_path for slash in {"/", os.sep})
     if not own and name_or_path in known:

@@ -1,8 +1,9 @@
 """Fit methods on training rows, judge them on test rows, and report: group by group."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeGuard, cast
 
 from magsim import __version__, columns, signals
 from magsim.benchmark.judging import NOISE_FLOOR, judge
@@ -69,6 +70,7 @@ def evaluate(
         If a part is too short to be filtered, or an estimate is not what it must be.
     """
     named = named_methods(methods)
+    FitContext(seed)  # refuses what is no seed before anything is read
     groups = groups_of(data)
     if not groups:
         msg = "nothing to benchmark: no recording was given"
@@ -87,9 +89,8 @@ def named_methods(methods: Method | Sequence[Method]) -> tuple[NamedMethod, ...]
     RequestError
         If there is none, a name is unknown or given twice, or something else is no method.
     """
-    if isinstance(methods, str | Compensator):
-        methods = [methods]
-    named = tuple(_named(method) for method in methods)
+    alone = isinstance(methods, str | Compensator) or _is_pair(methods) or not isinstance(methods, Iterable)
+    named = (_named(methods),) if alone else tuple(_named(method) for method in cast("Iterable[Method]", methods))
     names = [one.name for one in named]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -112,15 +113,23 @@ def _named(method: object) -> NamedMethod:
             msg = f"{NOISE_FLOOR} has no settings; {method!r} gives {', '.join(settings)}"
             raise RequestError(msg)
         return NamedMethod(method, None)
-    if isinstance(method, tuple) and len(method) == 2:
-        name, compensator = method
-        if isinstance(name, str) and isinstance(compensator, Compensator):
-            return NamedMethod(name, compensator)
+    if _is_pair(method):
+        return NamedMethod(*method)
     msg = (
         f"{method!r} is no method; allowed: a name such as 'tl16', a compensator, or a pair of a name for the table "
         "and a compensator"
     )
     raise RequestError(msg)
+
+
+def _is_pair(method: object) -> TypeGuard[tuple[str, Compensator]]:
+    """Whether something is a name for the table and a compensator."""
+    return (
+        isinstance(method, tuple)
+        and len(method) == 2
+        and isinstance(method[0], str)
+        and isinstance(method[1], Compensator)
+    )
 
 
 def _fitted_sensor(named: Sequence[NamedMethod], sensor: str | None) -> str | None:

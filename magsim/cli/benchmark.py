@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from magsim.benchmark.metrics import STANDARD, WITH_TABLE
+
 if TYPE_CHECKING:
     from magsim.benchmark import Report
     from magsim.compensation import Compensator
@@ -29,7 +31,7 @@ DEFAULT = "none,tl16,tl18,noise_floor"
 @click.option(
     "--scores",
     metavar="LIST",
-    help="Metrics with a table by heading and maneuver, such as ir_003,ir; default std_nt,peak_nt.",
+    help=f"Metrics with a table by heading and maneuver, of {', '.join(WITH_TABLE)}; default {','.join(STANDARD)}.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
 @click.option(

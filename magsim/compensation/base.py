@@ -37,6 +37,11 @@ class FitContext:
     progress: Callable[[Any], None] | None = None
     checkpoint: Path | None = None
 
+    def __post_init__(self) -> None:
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            msg = f"seed {self.seed!r} is not allowed; allowed: a whole number of 0 or more"
+            raise RequestError(msg)
+
 
 class Compensator(ABC):
     """A method that learns the interference of an aircraft and estimates it from other instruments.
@@ -156,6 +161,9 @@ class Compensator(ABC):
     @final
     def fit_rows(self, training: Training, context: FitContext | None = None) -> Self:
         """Fit the method to training rows that have been taken already; see ``fit``."""
+        if context is not None and not isinstance(context, FitContext):
+            msg = f"context is of type {type(context).__name__}; allowed: a FitContext, as in FitContext(seed=3)"
+            raise RequestError(msg)
         self.__dict__.pop("sensor_", None)
         check_parameters(type(self), self.get_params(), self.name)
         for recording in training.recordings:
@@ -181,6 +189,9 @@ class Compensator(ABC):
             If the estimate has another shape.
         """
         self.check_fitted()
+        if not isinstance(recording, Recording):
+            msg = f"method {self.name} estimates the interference of a Recording, not of {type(recording).__name__}"
+            raise RequestError(msg)
         self._require(recording)
         visible = recording.blind(self.requires)
         try:

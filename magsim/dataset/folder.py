@@ -11,7 +11,7 @@ from pathlib import Path
 from magsim import columns
 from magsim.dataset.index import FlightInfo, index_file, recording_files
 from magsim.dataset.manifest import MANIFEST, Manifest, read_manifest
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 from magsim.recording import Recording, read_recordings
 from magsim.recording.windows import Windows
 from magsim.storage import checksum, inspection
@@ -45,6 +45,9 @@ class Dataset:
     """
 
     def __init__(self, folder: Path | str, *, check: bool = False) -> None:
+        if not isinstance(folder, str | Path):
+            msg = f"data set: is of type {type(folder).__name__}; allowed: the path of a folder of recording files"
+            raise RequestError(msg)
         self.folder = Path(folder)
         self.files = recording_files(self.folder)
         if check:
