@@ -38,8 +38,8 @@ def ratios(name, seed, world=PAPER, **params):
 
 
 def test_magtcn_on_the_residual_beats_tolles_lawson():
-    """The goal is 0.9 times; a tenth of the steps of the demo preset gives about 2."""
-    gains = [second / first for first, second in (ratios("magtcn", seed, steps=100) for seed in range(3))]
+    """The goal is 0.9 times; a few of the steps of the demo preset give about 2."""
+    gains = [second / first for first, second in (ratios("magtcn", seed, steps=70) for seed in range(3))]
     assert min(gains) > 0.9
     assert statistics.median(gains) > 1.5
 

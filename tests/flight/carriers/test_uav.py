@@ -205,9 +205,10 @@ def test_legs_have_their_length_and_the_circuit_closes(box: Flight) -> None:
 def test_the_step_rate_has_converged(drone: Aircraft, scenario_of: Callable[..., Scenario]) -> None:
     pattern = {"kind": "straight", "leg_m": 3700.0, "lead_s": 5.0, "maneuvers": TRAINS}
     coarse, fine = (
-        fly(scenario_of(pattern, flight={"step_hz": rate}), drone).carrier.attitude[: 100 * 60] for rate in (120, 480)
+        fly(scenario_of(pattern, flight={"step_hz": rate}), drone).carrier.attitude[: 100 * 60] for rate in (120, 240)
     )
-    assert np.degrees(np.abs(coarse - fine)).max() < 0.05
+    # of second order: half of the step takes three quarters of the error away, and 0.05 deg is allowed
+    assert np.degrees(np.abs(coarse - fine)).max() < 0.75 * 0.05
 
 
 def test_rotation_is_integrated_by_a_stable_scheme(drone: Aircraft, cessna: Aircraft) -> None:
