@@ -38,19 +38,6 @@ def rot_nb_from_attitude(attitude: np.ndarray) -> np.ndarray:
     return rot
 
 
-def attitude_from_rot_nb(rot_nb: np.ndarray) -> np.ndarray:
-    """Return roll, pitch, heading [rad] of ``(..., 3, 3)`` rotations; heading in (-pi, pi], pitch in [-pi/2, pi/2]."""
-    rot_nb = np.asarray(rot_nb, dtype=float)
-    return np.stack(
-        [
-            np.arctan2(rot_nb[..., 2, 1], rot_nb[..., 2, 2]),
-            -np.arcsin(np.clip(rot_nb[..., 2, 0], -1.0, 1.0)),
-            np.arctan2(rot_nb[..., 1, 0], rot_nb[..., 0, 0]),
-        ],
-        axis=-1,
-    )
-
-
 def quaternion_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return Hamilton's product of ``(..., 4)`` quaternions, that of the product of their rotation matrices."""
     w, x, y, z = np.moveaxis(first, -1, 0)
@@ -120,29 +107,6 @@ def attitude_from_quaternion_nb(quaternion: np.ndarray) -> np.ndarray:
     return np.stack([wrap_pi(half_sum - half_difference), pitch, wrap_pi(half_sum + half_difference)], axis=-1)
 
 
-def body_rates(attitude: np.ndarray, attitude_rate: np.ndarray) -> np.ndarray:
-    """Return the angular rate of the body relative to the local axes, in body axes, of a changing attitude.
-
-    Parameters
-    ----------
-    attitude : (..., 3) [rad]
-        Roll, pitch, heading.
-    attitude_rate : (..., 3) [rad/s]
-        Their time derivatives.
-
-    Returns
-    -------
-    (..., 3) [rad/s]
-        Stevens, Lewis, Johnson, Aircraft Control and Simulation, eq. 1.4-3.
-    """
-    roll, pitch, _ = np.moveaxis(np.asarray(attitude, dtype=float), -1, 0)
-    rolling, pitching, turning = np.moveaxis(np.asarray(attitude_rate, dtype=float), -1, 0)
-    p = rolling - np.sin(pitch) * turning
-    q = np.cos(roll) * pitching + np.sin(roll) * np.cos(pitch) * turning
-    r = -np.sin(roll) * pitching + np.cos(roll) * np.cos(pitch) * turning
-    return np.stack([p, q, r], axis=-1)
-
-
 def rotate(rot: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Apply ``(..., 3, 3)`` rotations to ``(..., 3)`` vectors: ``out_i = rot_ij v_j``, without BLAS."""
     return np.einsum("...ij,...j->...i", rot, vectors)
@@ -151,25 +115,6 @@ def rotate(rot: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 def rotate_back(rot: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Apply the inverse of ``(..., 3, 3)`` rotations to ``(..., 3)`` vectors: ``out_j = rot_ij v_i``."""
     return np.einsum("...ij,...i->...j", rot, vectors)
-
-
-def rotate_about(axis: np.ndarray, angle: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Rotate one vector about a fixed unit axis by many angles, right-hand rule (Rodrigues).
-
-    Parameters
-    ----------
-    axis : (3,)
-        Unit vector.
-    angle : (n,) [rad]
-    vector : (3,)
-
-    Returns
-    -------
-    (n, 3)
-    """
-    axis, vector = np.asarray(axis, dtype=float), np.asarray(vector, dtype=float)
-    cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    return vector * cos + np.cross(axis, vector) * sin + axis * (axis @ vector) * (1.0 - cos)
 
 
 def wrap_pi(angle: np.ndarray | float) -> np.ndarray | float:

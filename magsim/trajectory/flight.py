@@ -193,17 +193,6 @@ class Flight:
         time_s = self.bird.inside(time_s)
         return {name: readonly(CubicSpline(self.bird.time_s, values)(time_s)) for name, values in self.rope.items()}
 
-    def switches_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
-        """Return switches at other times inside the logged span, linear between the rows of the log; (m,) for each.
-
-        Raises
-        ------
-        ValueError
-            If a time lies outside the logged span.
-        """
-        time_s = self.carrier.inside(time_s)
-        return {name: readonly(np.interp(time_s, self.carrier.time_s, v)) for name, v in self.switches.items()}
-
     def wind_at(self, time_s: np.ndarray) -> np.ndarray | None:
         """Return the wind [m/s] at other times inside the logged span, linear between the rows of the log; (m, 3).
 

@@ -17,9 +17,10 @@ from magsim.field.parts import PARTS
 from magsim.field.situation import simulation_times, used_mounts
 from magsim.field.sources.dipoles import dipole_field
 from magsim.field.sources.memory import hysteresis, viscosity
-from magsim.frames import body_rates, rot_nb_from_attitude, rotate, rotate_about, rotate_back
+from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
 from magsim.scenario import Scenario
 from magsim.trajectory import Flight, Trajectory
+from tests.support.rotations import body_rates, rotate_about
 
 REFERENCE_B = np.array([-0.15, 0.0, 0.25])
 SWING, PERIOD_S = np.radians([12.0, 9.0, 8.0]), np.array([7.0, 8.3, 6.1])

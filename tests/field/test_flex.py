@@ -9,12 +9,13 @@ from magsim.aircraft import Aircraft, load_aircraft
 from magsim.field import compute_field, load_response, response_at
 from magsim.field.flex import Bending
 from magsim.field.situation import Situation
-from magsim.frames import rotate_about, turned_back
+from magsim.frames import turned_back
 from magsim.scenario import Scenario
 from magsim.sensors import Acquisition
 from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.trajectory import Flight, Trajectory
 from magsim.truth import FieldTruth
+from tests.support.rotations import rotate_about
 
 MOUNT = "sgl_mag_1"
 SURFACES = ("elevator", "aileron_left", "aileron_right", "rudder", "flap")

@@ -9,12 +9,13 @@ from scipy.spatial.transform import Rotation
 
 from magsim.earth import ecef_from_geodetic, radii_of_curvature, rot_ne_at
 from magsim.earth.gravity import gravity_n
-from magsim.frames import body_rates, rot_nb_from_attitude
+from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Ins
 from magsim.sensors import Acquisition
 from magsim.sensors.inertial import accelerometers, gyros, inertial_columns, inertial_rate, specific_force
 from magsim.trajectory import Trajectory
 from tests.support.allan import allan, gauss_markov_allan
+from tests.support.rotations import body_rates
 
 SPIN = 7.292115e-5
 START, LOG_HZ, DURATION = -3.0, 30.0, 60.0

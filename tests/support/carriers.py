@@ -8,11 +8,12 @@ from scipy.interpolate import CubicSpline
 
 from magsim.aircraft import Aircraft, load_aircraft, load_bird
 from magsim.earth import ecef_from_geodetic, radii_of_curvature, rot_ne_at
-from magsim.frames import body_rates, rotate
+from magsim.frames import rotate
 from magsim.planning import FlyableScenario
 from magsim.scenario import Scenario
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight, Segment, Trajectory
+from tests.support.rotations import body_rates
 
 LOG_HZ = 30
 ALT_M = 1250.0

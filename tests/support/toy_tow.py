@@ -9,10 +9,11 @@ from magsim.field import load_response
 from magsim.field.composition import with_background
 from magsim.field.excitation import FlightExcitation
 from magsim.field.situation import Situation
-from magsim.frames import body_rates, rot_nb_from_attitude
+from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight, Trajectory
+from tests.support.rotations import body_rates
 
 SPEED_MPS, HEIGHT_M = 28.0, 1250.0
 START = {"lat_deg": 48.7, "lon_deg": 127.2, "alt_m": HEIGHT_M, "speed_mps": SPEED_MPS}

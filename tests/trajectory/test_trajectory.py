@@ -3,9 +3,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from magsim.earth import rot_ne_at
-from magsim.frames import attitude_from_rot_nb, body_rates, rot_nb_from_attitude
+from magsim.frames import rot_nb_from_attitude
 from magsim.trajectory import AttitudeCurve, Flight, ManeuverFlown, Segment, Trajectory, hermite_spline
 from magsim.truth import FieldTruth
+from tests.support.rotations import attitude_from_rot_nb, body_rates
 
 
 def trajectory(rate_hz=30.0, start_s=-2.0, stop_s=20.0):

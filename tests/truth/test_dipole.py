@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from magsim.aircraft import load_aircraft
 from magsim.field.sources.dipoles import SCALE, DeflectedDipole, dipole_field
-from magsim.frames import rotate_about
 from magsim.units import NT_PER_T
 from tests.support.dipoles import dipole_gradient
+from tests.support.rotations import rotate_about
 
 POSITION = np.array([0.4, -0.3, 0.2])
 MOMENT = np.array([1.5, -2.0, 0.7])

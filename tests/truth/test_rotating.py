@@ -19,8 +19,8 @@ from magsim.field.sources.rotors import (
     rotor_stream,
     wander,
 )
-from magsim.frames import rotate_about
 from magsim.units import MU0, NT_PER_T
+from tests.support.rotations import rotate_about
 
 TONES_HZ = (31.7, 103.0)
 PART = ShaftDipole(

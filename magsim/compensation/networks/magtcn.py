@@ -187,12 +187,3 @@ class MagTCN(nn.Module):
         """Set the head to zero, so that an untrained network returns zeros."""
         nn.init.zeros_(self.head.weight)
         nn.init.zeros_(self.head.bias)
-
-
-def multiply_accumulates(
-    channels: int, *, width: int, expansion: int = 2, kernel: int = 51, window: int = 320, head: Head = "per-time"
-) -> int:
-    """Count the multiply-accumulates of one window through a MagTCN of one block; convolutions count directly."""
-    m, d, r, t = channels, width, expansion, window
-    body = 2 * m * d * t + m * d * t * kernel + 2 * r * m * t * d**2 + 2 * r * d * t * m**2
-    return body + {"flat": m * t * t, "per-time": m * t, "last": m * t}[head]

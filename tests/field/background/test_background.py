@@ -14,11 +14,12 @@ from magsim.field.background.crust import crust_of
 from magsim.field.background.station import station_field
 from magsim.field.background.targets import sources_of
 from magsim.field.background.variation import variation_n
-from magsim.frames import body_rates, rot_nb_from_attitude
+from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import BaseStation, Scenario
 from magsim.terrain import Flat, Fractal, Ground, TangentPlane
 from magsim.trajectory import Flight, Trajectory
 from magsim.truth import FieldTruth
+from tests.support.rotations import body_rates
 
 START = {"lat_deg": 52.2, "lon_deg": 9.8, "alt_m": 224.0, "speed_mps": 70.0, "heading_deg": 20.0}
 GROUND = Ground(Flat(80.0), 44.0)

@@ -11,7 +11,7 @@ from magsim.field.metal import eddy
 from magsim.field.sources.dipoles import dipole_field
 from magsim.field.sources.memory import remembered
 from magsim.field.tow.carrier import carrier_field, linear_field, turning_field
-from magsim.frames import rotate_about
+from tests.support.rotations import rotate_about
 from tests.support.toy_tow import both, flown, places_of, scenario_of, seen_from, turns
 
 PARTS = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics")

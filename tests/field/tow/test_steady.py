@@ -11,9 +11,9 @@ from magsim.field import load_response
 from magsim.field.composition import with_background
 from magsim.field.situation import Situation
 from magsim.field.tow.steady import smoothed, steady_background, whittaker
-from magsim.frames import body_rates
 from magsim.terrain import TangentPlane
 from magsim.trajectory import Flight, Trajectory
+from tests.support.rotations import body_rates
 from tests.support.toy_tow import HEIGHT_M, SPEED_MPS, path_of, places_of, scenario_of
 
 

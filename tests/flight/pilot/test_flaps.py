@@ -81,10 +81,6 @@ def test_switches_tell_the_loads(flapped: Flight) -> None:
     # The drag of 30 degrees of flap needs more power than none.
     run = flapped.notes["flap_runs"][1]
     assert throttle[np.searchsorted(time, run["stop_s"] + 15.0)] > throttle[0] + 0.1
-    between = flapped.switches_at(0.5 * (time[5:9] + time[6:10]))
-    np.testing.assert_allclose(between["throttle"], 0.5 * (throttle[5:9] + throttle[6:10]))
-    with pytest.raises(ValueError, match="leave the logged"):
-        flapped.switches_at(np.array([time[-1] + 1.0]))
 
 
 def test_a_flight_without_moves_keeps_its_flaps(cessna: Aircraft, scenario_of: ScenarioOf) -> None:

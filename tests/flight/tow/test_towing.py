@@ -18,7 +18,7 @@ from magsim.flight.tow.integration import integrate
 from magsim.flight.tow.motion import BirdMotion
 from magsim.flight.tow.setup import chain_of
 from magsim.flight.tow.towing import rope_angles, tow_bird, trajectory
-from magsim.frames import body_rates, rot_nb_from_attitude, rotate
+from magsim.frames import rot_nb_from_attitude, rotate
 from magsim.scenario import Tow
 from magsim.trajectory import Flight, Trajectory
 from tests.support.carriers import (
@@ -33,6 +33,7 @@ from tests.support.carriers import (
     times,
 )
 from tests.support.ropes import ROPE
+from tests.support.rotations import body_rates
 
 FINE_HZ = 120
 
