@@ -1,6 +1,6 @@
 """magsim: flight, magnetic interference, recordings and compensation with known truth.
 
-This page is the law of names, units and frames for the whole project.
+This page fixes names, units and frames for the whole project; ``docs/glossary.md`` fixes the words.
 
 Frames (suffixes)
 -----------------
