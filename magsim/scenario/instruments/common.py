@@ -1,0 +1,48 @@
+"""What tables of instruments share: a mount, a clock, presets."""
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from magsim.config import Name, Strict
+from magsim.scenario.base import NonNegative, aircraft_of, bird_of
+
+
+class Sensor(Strict):
+    """An instrument with a name of its own at a mount of the aircraft, or of the bird that it tows."""
+
+    name: Name
+    body: Literal["carrier", "bird"] = Field(default="carrier", description="what carries it")
+    mount: str
+
+    @field_validator("mount")
+    @classmethod
+    def _exists(cls, value: str, info: ValidationInfo) -> str:
+        vehicle = bird_of(info) if info.data.get("body") == "bird" else aircraft_of(info)
+        if vehicle and value not in vehicle.mounts:
+            known = ", ".join(vehicle.mounts)
+            msg = f"{vehicle.name} has no mount {value!r}; allowed: {known}"
+            raise ValueError(msg)
+        return value
+
+
+class InstrumentClock(Strict):
+    """When the values of a row were taken: ``t - skew_s - drift_ppm 1e-6 t - jitter`` for the tag ``t``."""
+
+    skew_s: float = Field(default=0.0, ge=-0.5, le=0.5, description="how late the reading is; labels are at the tag")
+    jitter_s: NonNegative = Field(default=0.0, le=0.02, description="standard deviation, white from row to row")
+    drift_ppm: float = Field(default=0.0, ge=-200.0, le=200.0, description="growth of the lateness, microseconds a s")
+
+
+class PresetTable(Strict):
+    """A table whose ``preset`` names values for the keys that it leaves out."""
+
+    PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, value: object) -> object:
+        if isinstance(value, Mapping) and isinstance(value.get("preset"), str):
+            return {**cls.PRESETS.get(value["preset"], {}), **value}
+        return value

@@ -1,0 +1,79 @@
+"""Scalar magnetometers on board."""
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field, field_validator
+
+from magsim.config import Vector
+from magsim.scenario.base import NonNegative
+from magsim.scenario.instruments.common import InstrumentClock, PresetTable, Sensor
+
+Heading = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+Range = Annotated[
+    tuple[float, float], BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
+]
+"""Least and largest value."""
+
+SCALARS: Mapping[str, Mapping[str, object]] = {
+    "cs_vapor": {
+        "noise_nt_rthz": 0.004,
+        "heading_cos_nt": 0.05,
+        "heading_cos2_nt": 0.05,
+        "heading_switch_nt": 0.05,
+        "gyro_shift": 1.0,
+        "counter_s": 0.1,
+        "step_nt": 0.001,
+        "dead_polar_deg": 15.0,
+        "dead_equator_deg": 15.0,
+        "relock_s": 0.5,
+        "range_nt": [20_000.0, 100_000.0],
+    }
+}
+"""Values by the name of the preset; docs/instruments.md names their sources."""
+
+
+class ScalarSensor(Sensor, InstrumentClock, PresetTable):
+    """A total-field magnetometer: docs/instruments.md."""
+
+    PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = SCALARS
+
+    preset: Literal["cs_vapor"] | None = None
+    noise_nt_rthz: NonNegative = Field(default=0.004, description="white noise density")
+    axis_b: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the optical axis, body axes")
+    heading_cos_nt: Heading = Field(default=0.0, description="times cos of the angle between axis and field")
+    heading_cos2_nt: Heading = Field(default=0.0, description="times cos of twice that angle")
+    heading_switch_nt: Heading = Field(default=0.0, description="added ahead of the axis's equator, taken off behind")
+    gyro_shift: float = Field(default=0.0, ge=-1.0, le=1.0, description="share and sign of the Larmor shift by turning")
+    lag_s: NonNegative = Field(default=0.0, le=0.5, description="time constant of first order")
+    counter_s: NonNegative = Field(
+        default=0.0, le=1.0, description="counting window; 0: the recording's filter instead"
+    )
+    counter_tag: Literal["center", "end"] = Field(default="center", description="where in the window the tag is")
+    step_nt: NonNegative = Field(default=0.0, le=100.0, description="least count; 0: none")
+    dead_polar_deg: NonNegative = Field(default=0.0, le=45.0, description="no reading closer to the axis; 0: none")
+    dead_equator_deg: NonNegative = Field(default=0.0, le=45.0, description="no reading closer to its equator; 0: none")
+    relock_s: NonNegative = Field(default=0.0, le=60.0, description="no reading for so long after a dead zone")
+    range_nt: Range | None = Field(default=None, description="least and largest field that is read")
+
+    @field_validator("axis_b")
+    @classmethod
+    def _points(cls, value: Vector) -> Vector:
+        if not any(value):
+            msg = "(0, 0, 0) points nowhere; allowed: a direction of any length but 0"
+            raise ValueError(msg)
+        return value
+
+    @field_validator("range_nt")
+    @classmethod
+    def _ordered(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and not 0.0 <= value[0] < value[1]:
+            msg = f"{list(value)} is no range; allowed: [least, largest], from 0 nT up"
+            raise ValueError(msg)
+        return value
+
+    @property
+    def can_drop_out(self) -> bool:
+        """Whether there are fields that it does not read: then rows carry ``mag_{sensor}_valid``."""
+        return self.dead_polar_deg > 0.0 or self.dead_equator_deg > 0.0 or self.range_nt is not None
