@@ -139,12 +139,12 @@ class Recording:
         """Return the names of the columns of one role, in file order."""
         return tuple(name for name in self.data if columns.role_of(name) == role)
 
-    @property
+    @cached_property
     def scalars(self) -> tuple[str, ...]:
         """Names of the scalar magnetometers."""
         return columns.sensors_of(self.data, columns.MAG)
 
-    @property
+    @cached_property
     def fluxgates(self) -> tuple[str, ...]:
         """Names of the fluxgates."""
         return columns.sensors_of(self.data, columns.FLUX)
