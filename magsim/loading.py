@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from magsim.errors import RequestError
 from magsim.planning import FlyableScenario
 from magsim.scenario import Scenario, Tow, TrackLog, TrackPattern, ground_of
 from magsim.scenario.tracklog import TrackProblemsError, read_track, start_of
-from magsim.terrain import Grid, Ground
+from magsim.terrain import Ground
 
 
 @dataclass(frozen=True)
@@ -87,21 +87,15 @@ class LoadedScenario:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over the meaning of the scenario, the aircraft's files and its own files, in hexadecimal.
+        """SHA-256 over the meaning of the scenario, its aircraft, ground, track and bird, in hexadecimal.
 
-        Comments, order of keys and values that equal the default do not count.
+        It is computed from what is flown, so that a changed copy has another one. Comments, order of keys and values
+        that equal the default do not count.
         """
         meaning = json.dumps(self.scenario.model_dump(mode="json", by_alias=True), sort_keys=True)
-        parts = [meaning, self.aircraft.digest, *self._file_digests()]
+        flown = {"aircraft": self.aircraft, "ground": self.ground, "track": self.track, "bird": self.bird}
+        parts = [meaning, *(f"{name} {part.digest}" for name, part in flown.items() if part is not None)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-    def _file_digests(self) -> Iterator[str]:
-        if self.ground is not None and isinstance(self.ground.surface, Grid):
-            yield self.ground.surface.digest
-        if self.track is not None:
-            yield self.track.digest
-        if self.bird is not None:
-            yield self.bird.digest
 
 
 def load_scenario(

@@ -2,15 +2,19 @@
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from magsim import assets
 from magsim.aircraft import load_aircraft
 from magsim.errors import RequestError
 from magsim.loading import load_scenario
+from magsim.scenario import TrackLog
 from magsim.simulation import simulate
+from magsim.terrain import Flat
 from tests.support.scenarios import GOOD, problems
 
 
@@ -21,6 +25,38 @@ def test_the_digest_is_over_the_meaning(write):
     assert load_scenario(write(GOOD + "[air]\nturbulence_severity = 0\n")).digest == digest
     assert load_scenario(write(GOOD.replace("seed = 1", "seed = 2"))).digest != digest
     assert load_scenario(write(), ["seed=2"]).digest != digest
+
+
+def _bare(vehicle):
+    """A copy of an aircraft or a bird without its fixed dipoles."""
+    return replace(vehicle, magnetics=vehicle.magnetics.model_copy(update={"permanent": ()}))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda loaded: {"aircraft": _bare(loaded.aircraft)},
+        lambda loaded: {"aircraft": replace(loaded.aircraft, facts=loaded.aircraft.facts.loaded(fuel_kg=300.0))},
+        lambda loaded: {"aircraft": replace(loaded.aircraft, files={"tank.stl": b"solid"})},
+        lambda loaded: {"bird": _bare(loaded.bird)},
+        lambda loaded: {"ground": None},
+        lambda loaded: {"ground": replace(loaded.ground, geoid_m=1.0)},
+        lambda loaded: {"ground": replace(loaded.ground, surface=Flat(1.0))},
+        lambda loaded: {"track": TrackLog({"time": np.arange(9.0)})},
+        lambda loaded: {"scenario": loaded.scenario.model_copy(update={"seed": 2})},
+    ],
+)
+def test_the_digest_is_of_what_is_flown(change):
+    """A changed copy has another digest, whatever was changed; an equal copy has the same."""
+    loaded = load_scenario("towed_c208b", ["terrain.kind=flat"])
+    assert replace(loaded, aircraft=replace(loaded.aircraft)).digest == loaded.digest
+    assert replace(loaded, **change(loaded)).digest != loaded.digest
+
+
+def test_the_digest_of_a_track_is_of_its_values():
+    track = TrackLog({"time": np.arange(9.0), "alt": np.zeros(9)})
+    moved = replace(track, values=track.values | {"alt": np.full(9, 1e-9)})
+    assert moved.digest != track.digest == replace(track).digest
 
 
 def test_every_mistake_in_one_pass_aircraft_limits_included(write):
@@ -77,7 +113,10 @@ def test_an_own_aircraft_lies_where_the_scenario_does(own, tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     assert load_scenario(own, ["aircraft=away/mine"]).digest == loaded.digest
     with (tmp_path / "away" / "mine" / "magnetics.toml").open("a") as file:
-        file.write("# heavier\n")
+        file.write("# a comment\n")
+    assert load_scenario(own, ["aircraft=away/mine"]).digest == loaded.digest
+    path = tmp_path / "away" / "mine" / "magnetics.toml"
+    path.write_text(path.read_text().replace("mu_r = 90.0", "mu_r = 91.0"))
     assert load_scenario(own, ["aircraft=away/mine"]).digest != loaded.digest
 
 

@@ -7,6 +7,7 @@ everything magnetic and the mounts (``Magnetics``). Each number has a unit and a
 """
 
 import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -54,8 +55,6 @@ class Vehicle:
         Facts of flight.
     magnetics : Magnetics
         Everything magnetic, and the mounts of sensors.
-    digest : str
-        SHA-256 over the bytes of its two files and those that they name, in hexadecimal.
     files : mapping of str to bytes
         Content of the files of triangles that ``magnetics.toml`` names.
     """
@@ -63,8 +62,20 @@ class Vehicle:
     name: str
     facts: BaseModel
     magnetics: Magnetics
-    digest: str
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over its facts, its magnetics and its files of triangles, in hexadecimal.
+
+        It is computed from what the vehicle holds, so that a changed copy has another one. Name, comments, order of
+        keys and values that equal the default do not count.
+        """
+        tables = {"facts": self.facts.model_dump(mode="json"), "magnetics": self.magnetics.model_dump(mode="json")}
+        digest = hashlib.sha256(json.dumps(tables, sort_keys=True).encode())
+        for name in sorted(self.files):
+            digest.update(f"\0{name}\0".encode() + hashlib.sha256(self.files[name]).digest())
+        return digest.hexdigest()
 
     @cached_property
     def mounts(self) -> dict[str, tuple[float, float, float]]:
@@ -112,7 +123,7 @@ def load_aircraft(name_or_path: str | Path, base: Path | None = None) -> Aircraf
     """
     folder = assets.aircraft_dir(name_or_path, base)
     read = _read(folder, assets.AIRCRAFT_FILES, _facts_model(folder / assets.AIRCRAFT_FILES[0]))
-    return Aircraft(read.name, read.facts, read.magnetics, read.digest, read.files)
+    return Aircraft(read.name, read.facts, read.magnetics, read.files)
 
 
 def load_bird(name_or_path: str | Path, base: Path | None = None) -> Bird:
@@ -124,7 +135,7 @@ def load_bird(name_or_path: str | Path, base: Path | None = None) -> Bird:
         If there is no such bird, or its files are wrong: one line for each problem of both files.
     """
     read = _read(assets.bird_dir(name_or_path, base), assets.BIRD_FILES, BirdFacts)
-    return Bird(read.name, read.facts, read.magnetics, read.digest, read.files)
+    return Bird(read.name, read.facts, read.magnetics, read.files)
 
 
 def _facts_model(path: Path) -> type[Facts | KinematicFacts]:
@@ -143,7 +154,6 @@ class _FolderRead(Generic[F]):
     name: str
     facts: F
     magnetics: Magnetics
-    digest: str
     files: Mapping[str, bytes]
 
 
@@ -153,12 +163,7 @@ def _read(folder: Path, names: tuple[str, str], model: type[F]) -> _FolderRead[F
     magnetics, problems = _file(folder / names[1], Magnetics)
     if facts is None or magnetics is None:
         raise RequestError("\n".join(filter(None, (facts_problems, problems))))
-    meshes = mesh_files(folder, magnetics)
-    content = {name: (folder / name).read_bytes() for name in names} | meshes
-    digest = hashlib.sha256()
-    for name, data in content.items():
-        digest.update(f"{name}\0".encode() + data + b"\0")
-    return _FolderRead(folder.resolve().name, facts, magnetics, digest.hexdigest(), meshes)
+    return _FolderRead(folder.resolve().name, facts, magnetics, mesh_files(folder, magnetics))
 
 
 def _file(path: Path, model: type[F]) -> tuple[F | None, str]:

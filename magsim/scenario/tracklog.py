@@ -7,6 +7,7 @@ from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -59,15 +60,20 @@ class TrackLog:
     ----------
     values : dict of str to (n,)
         Quantities of ``magsim.scenario.track.KINDS``; heading not unwrapped, in radians.
-    digest : str
-        SHA-256 of the file.
     """
 
     values: dict[str, np.ndarray]
-    digest: str
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", {name: readonly(value) for name, value in self.values.items()})
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over the quantities, in hexadecimal."""
+        digest = hashlib.sha256()
+        for name in sorted(self.values):
+            digest.update(f"{name}\0".encode() + self.values[name].astype("<f8").tobytes())
+        return digest.hexdigest()
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.values[name]
@@ -113,9 +119,7 @@ def read_track(settings: TrackPattern, folder: Path) -> TrackLog:
     problems = list(_problems(path, table, settings))
     if problems:
         raise TrackProblemsError(problems)
-    with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return TrackLog(table.values, digest)
+    return TrackLog(table.values)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ does (spectral density of the surface ~ k^-(2 H + 2)). The sum is smooth, has an
 period within reach, and depends only on the random numbers passed in.
 """
 
+import hashlib
+
 import numpy as np
 
 from magsim.terrain.plane import TangentPlane
@@ -50,6 +52,7 @@ class Fractal:
         hurst: float,
     ) -> None:
         self._plane, self.mean_m = plane, mean_m
+        self._settings = (mean_m, relief_m, longest_m, shortest_m, hurst)
         part = (np.arange(WAVES) + 0.5) / WAVES
         wavelength = longest_m * (shortest_m / longest_m) ** part
         # Directions are random within their sectors of the circle: every sector of a scale has waves.
@@ -60,6 +63,12 @@ class Fractal:
         amplitude = (wavelength / longest_m) ** hurst
         # Each wave has a variance of half its amplitude squared.
         self._amplitude = amplitude * (relief_m / 4.0) / np.sqrt(0.5 * np.sum(amplitude**2))
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over its settings and its random phases, in hexadecimal."""
+        settings = repr((self._settings, self._plane.origin)).encode()
+        return hashlib.sha256(settings + self._phase.astype("<f8").tobytes()).hexdigest()
 
     @property
     def highest_m(self) -> float:

@@ -6,6 +6,7 @@ through every point, has a continuous slope, and gives back planes and parabolas
 
 import hashlib
 import math
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -45,8 +46,6 @@ class Grid:
         Given where the grid is in meters; without it, it is in degrees of longitude and latitude.
     name : str
         For messages.
-    digest : str
-        SHA-256 of the file.
     """
 
     def __init__(
@@ -58,9 +57,8 @@ class Grid:
         *,
         plane: TangentPlane | None = None,
         name: str = "terrain",
-        digest: str = "",
     ) -> None:
-        self.name, self.digest = name, digest
+        self.name = name
         self._plane, self._west, self._south, self._step = plane, west, south, step
         self.heights_m = np.array(heights_m, dtype=float)
         self.heights_m.flags.writeable = False
@@ -69,6 +67,14 @@ class Grid:
         table[0], table[-1] = 2.0 * table[1] - table[2], 2.0 * table[-2] - table[-3]
         table[:, 0], table[:, -1] = 2.0 * table[:, 1] - table[:, 2], 2.0 * table[:, -2] - table[:, -3]
         self._table = table
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over its heights and their places, in hexadecimal."""
+        place = [self._west, self._south, self._step, *(() if self._plane is None else self._plane.origin)]
+        digest = hashlib.sha256(repr((self.heights_m.shape, place)).encode())
+        digest.update(self.heights_m.astype("<f8").tobytes())
+        return digest.hexdigest()
 
     @property
     def highest_m(self) -> float:
@@ -184,8 +190,7 @@ def read_grid(path: Path, *, plane: TangentPlane | None = None, nodata_m: float 
     step = header["cellsize"]
     west = header["xllcenter"] if "xllcenter" in header else header["xllcorner"] + 0.5 * step
     south = header["yllcenter"] if "yllcenter" in header else header["yllcorner"] + 0.5 * step
-    digest = hashlib.sha256(data).hexdigest()
-    return Grid(heights[::-1], west, south, step, plane=plane, name=str(path), digest=digest)
+    return Grid(heights[::-1], west, south, step, plane=plane, name=str(path))
 
 
 def _refuse(path: Path, line: int, why: str) -> None:

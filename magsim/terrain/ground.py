@@ -1,5 +1,6 @@
 """A surface above the sea, and the ground above the ellipsoid: the surface plus the geoid."""
 
+import hashlib
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,6 +13,11 @@ class TerrainSurface(Protocol):
     @property
     def highest_m(self) -> float:
         """A height that the surface does not exceed [m]."""
+        ...
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over what it is, in hexadecimal."""
         ...
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
@@ -33,6 +39,11 @@ class Flat:
     def highest_m(self) -> float:
         """The height."""
         return self.height_m
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over its height, in hexadecimal."""
+        return hashlib.sha256(repr(self.height_m).encode()).hexdigest()
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
         """Return the height above mean sea level, (...) [m]."""
@@ -69,6 +80,11 @@ class Ground:
     def highest_m(self) -> float:
         """A height above the ellipsoid that the ground does not exceed [m]."""
         return self.surface.highest_m + self.geoid_m
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over surface and geoid, in hexadecimal."""
+        return hashlib.sha256(f"{self.surface.digest} {self.geoid_m!r}".encode()).hexdigest()
 
     def height(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> np.ndarray:
         """Return the height of the ground above the WGS-84 ellipsoid.

@@ -23,6 +23,11 @@ class TangentPlane:
         rot_ne = rot_ne_at(lat_rad, lon_rad)
         self._axes, self._up = rot_ne[:2], -rot_ne[2]
 
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Latitude and longitude [rad] and height [m] of the point that it touches."""
+        return self.lat_rad, self.lon_rad, self.alt_m
+
     def place(self, lat_rad: np.ndarray, lon_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return north and east [m] of places on the surface, (...) each."""
         away = ecef_from_geodetic(lat_rad, lon_rad, self.alt_m) - self._origin

@@ -41,7 +41,7 @@ def test_same_bits_on_two_threads_from_an_empty_and_a_full_cache(
     # The key is the content: another moment is another entry.
     changed = aircraft.magnetics.model_dump(by_alias=True)
     changed["permanent"][0]["moment_am2"] = (1.0, 2.0, 3.0)
-    other = Aircraft(aircraft.name, aircraft.facts, Magnetics.model_validate(changed), "other")
+    other = Aircraft(aircraft.name, aircraft.facts, Magnetics.model_validate(changed))
     assert _bytes(load_response(other)) != _bytes(first)
     assert len(list((tmp_path / "cache" / "response").iterdir())) == 2
 
@@ -56,7 +56,7 @@ def test_parts_that_touch_are_told_with_the_name_of_the_aircraft(aircraft: Aircr
     settings = aircraft.magnetics.model_dump(by_alias=True)
     twin = dict(settings["steel"][0], name="twin")
     settings["steel"] = [settings["steel"][0], twin]
-    broken = Aircraft("c208b", aircraft.facts, Magnetics.model_validate(settings), "broken")
+    broken = Aircraft("c208b", aircraft.facts, Magnetics.model_validate(settings))
     with pytest.raises(RequestError, match=r"aircraft c208b: steel parts 'fuel_tank' and 'twin' touch or cross at \("):
         compute_response(broken)
 
@@ -64,7 +64,7 @@ def test_parts_that_touch_are_told_with_the_name_of_the_aircraft(aircraft: Aircr
 def test_an_aircraft_of_wood_is_silent(aircraft: Aircraft) -> None:
     settings = aircraft.magnetics.model_dump(by_alias=True)
     settings.update(permanent=[], hinged=[], steel=[], coils=[], skin=None)
-    wood = compute_response(Aircraft("wood", aircraft.facts, Magnetics.model_validate(settings), "wood"))
+    wood = compute_response(Aircraft("wood", aircraft.facts, Magnetics.model_validate(settings)))
     assert not np.any(wood.permanent_nt)
     assert not np.any(wood.induced)
     assert not np.any(wood.eddy_slow_s)
@@ -82,7 +82,7 @@ def test_coil_of_real_wire(aircraft: Aircraft) -> None:
         "source": "a test",
     }
     settings.update(permanent=[], hinged=[], steel=[], coils=[loop], skin=None)
-    response = compute_response(Aircraft("ring", aircraft.facts, Magnetics.model_validate(settings), "ring"))
+    response = compute_response(Aircraft("ring", aircraft.facts, Magnetics.model_validate(settings)))
     resistance = 8.0 / (1.74e7 * 1e-3)
     # A square of side a on its axis: B = mu0 I a^2 / (2 pi (z^2 + a^2/4) sqrt(z^2 + a^2/2)).
     on_axis = 2e-7 * 4.0 / ((4.0 + 1.0) * np.sqrt(4.0 + 2.0))

@@ -26,7 +26,7 @@ def loaded(scalars=SCALARS, seed=5, sensors=None, **recording):
         "recording": {"valid_legs": (2,)} | recording,
     }
     table["start"]["time_utc"] = datetime(2025, 3, 13, 2, tzinfo=UTC)
-    toy = Aircraft("toy", facts=None, magnetics=None, digest="00")
+    toy = Aircraft("toy", facts=None, magnetics=None)
     return LoadedScenario("toy_box", Scenario.model_validate(table), toy, "schema = 1\n", ("seed=5",))
 
 

@@ -92,7 +92,7 @@ def toy_bird() -> Bird:
     """Return the shipped bird with its dipoles as the only sources."""
     shipped = load_bird("bird")
     kept = shipped.magnetics.model_dump(by_alias=True, include={"datum", "mounts", "permanent"})
-    return Bird("bird", shipped.facts, Magnetics.model_validate(kept), "toy bird")
+    return Bird("bird", shipped.facts, Magnetics.model_validate(kept))
 
 
 def scenario_of(**field: object) -> Scenario:

@@ -100,7 +100,7 @@ def test_a_small_rudder_at_its_stop_is_reported(cessna: Aircraft, scenario_of: S
     rudder = cessna.facts.controls.rudder
     weak = rudder.model_copy(update={"travel": rudder.travel.model_copy(update={"value": (-0.12, 0.12)})})
     controls = cessna.facts.controls.model_copy(update={"rudder": weak})
-    aircraft = Aircraft(cessna.name, cessna.facts.model_copy(update={"controls": controls}), cessna.magnetics, "0")
+    aircraft = Aircraft(cessna.name, cessna.facts.model_copy(update={"controls": controls}), cessna.magnetics)
     with pytest.raises(DataError, match=r"rudder at its (upper|lower) stop for more than 0.5 s at t = "):
         fly(request, aircraft)
 

@@ -52,7 +52,7 @@ def test_what_a_scenario_leaves_out_is_what_the_file_says(bird: Bird) -> None:
 def test_places_count_from_the_center_of_gravity(bird: Bird) -> None:
     center = bird.facts.body.center_of_gravity.model_copy(update={"value": (0.2, 0.0, 0.05)})
     moved = bird.facts.body.model_copy(update={"center_of_gravity": center})
-    other = Bird(bird.name, bird.facts.model_copy(update={"body": moved}), bird.magnetics, bird.digest)
+    other = Bird(bird.name, bird.facts.model_copy(update={"body": moved}), bird.magnetics)
     body = chain_of(tow_of(other), other).body
     assert body.bridle_m == pytest.approx((0.15 - 0.2, 0.0, -0.22 - 0.05))
     assert body.fin_station_m == pytest.approx(-1.1 - 0.2)

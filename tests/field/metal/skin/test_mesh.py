@@ -205,7 +205,7 @@ def test_part_that_crosses_itself() -> None:
 def test_mount_on_the_skin(aircraft: Aircraft) -> None:
     settings = aircraft.magnetics.model_dump(by_alias=True)
     settings["mounts"]["bad"] = {"position_m": [-2.9, 0.0, -0.78], "source": "a test"}
-    broken = Aircraft("c208b", aircraft.facts, Magnetics.model_validate(settings), "broken")
+    broken = Aircraft("c208b", aircraft.facts, Magnetics.model_validate(settings))
     with pytest.raises(RequestError, match=r"c208b: the place .* is 0.0\d* m from skin part 'fuselage'; allowed"):
         load_response(broken)
     found = obstacles(aircraft, np.array([[-2.9, 0.0, -0.78], [-2.9, 0.0, -0.6]]))
@@ -234,7 +234,7 @@ def test_file_that_describes_no_skin(change: object, text: str) -> None:
 def test_skin_of_an_aircraft_without_one(aircraft: Aircraft) -> None:
     settings = aircraft.magnetics.model_dump(by_alias=True)
     settings["skin"] = None
-    bare = Aircraft("glider", aircraft.facts, Magnetics.model_validate(settings), "bare")
+    bare = Aircraft("glider", aircraft.facts, Magnetics.model_validate(settings))
     assert bare.magnetics.eddy_model == "coils"
     with pytest.raises(RequestError, match=r"glider has no \[skin\]"):
         load_response(bare, "skin")

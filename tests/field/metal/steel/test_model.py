@@ -32,7 +32,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _aircraft(*parts: dict, files: dict[str, bytes] | None = None, **more: object) -> Aircraft:
-    return Aircraft("test", FACTS, magnetics(*parts, **more), "digest", files or {})
+    return Aircraft("test", FACTS, magnetics(*parts, **more), files or {})
 
 
 def _ball(radius: float = 0.5, **more: object) -> Aircraft:
