@@ -127,7 +127,13 @@ RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground from th
 BASE = Family("base_{sensor}_nt", "input", "nT", "", "Reading of a base station, a scalar magnetometer on the ground")
 CURRENT = Family("cur_{feeder}_a", "input", "A", "", "Current of a feeder, from its own sensor")
 VOLTAGE = Family("vol_{bus}_v", "input", "V", "", "Voltage of a bus, from its own voltmeter")
-SURFACE = Family("surface_{surface}_deg", "input", "deg", "", "Deflection of a control surface about its hinge")
+SURFACE = Family(
+    "surface_{surface}_deg",
+    "input",
+    "deg",
+    "",
+    "Deflection of a control surface about its hinge, from its potentiometer",
+)
 
 INTERFERENCE = Family(
     "interference_{sensor}_nt",
@@ -194,6 +200,11 @@ TRUE_AGL = Family("true_agl_m", "truth", "m", "", "True height above the ground 
 TRUE_GROUND = Family("true_ground_m", "truth", "m", "", "Height of the ground below, above the WGS-84 ellipsoid")
 TRUE_WIND = Family(
     "true_wind_{direction}_mps", "truth", "m/s", "n", "Velocity of the air over ground, turbulence included: n, e, d"
+)
+TRUE_CURRENT = Family("true_cur_{feeder}_a", "truth", "A", "", "True current of a feeder")
+TRUE_VOLTAGE = Family("true_vol_{bus}_v", "truth", "V", "", "True voltage of a bus")
+TRUE_SURFACE = Family(
+    "true_surface_{surface}_deg", "truth", "deg", "", "True deflection of a control surface about its hinge"
 )
 
 CARRIER_ATTITUDE = Family(
@@ -278,6 +289,9 @@ FAMILIES: tuple[Family, ...] = (
     TRUE_AGL,
     TRUE_GROUND,
     TRUE_WIND,
+    TRUE_CURRENT,
+    TRUE_VOLTAGE,
+    TRUE_SURFACE,
     TRUE_CARRIER_ATTITUDE,
     TRUE_CARRIER_RATE,
     TRUE_CARRIER_VELOCITY,

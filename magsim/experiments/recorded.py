@@ -1,5 +1,6 @@
 """What sets the strengths of an aircraft's sources along a recorded flight."""
 
+from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
@@ -18,8 +19,9 @@ from magsim.scenario import FieldSettings
 class RecordedExcitation:
     """The excitation of a recorded flight, with the main field as the only background.
 
-    Feeders whose current is not recorded carry none, surfaces whose deflection is not recorded rest. Of a rotor the
-    mean over whole turns counts: its tones are far above the band.
+    Currents and deflections are those of the truth where it is known, else those of the instruments. Feeders whose
+    current is not recorded carry none, surfaces whose deflection is not recorded rest. Of a rotor the mean over whole
+    turns counts: its tones are far above the band.
 
     Parameters
     ----------
@@ -42,10 +44,10 @@ class RecordedExcitation:
         self.step_s = 1.0 / recording.rate_hz
         self._rate_b = signals.spline_derivative(self.ambient_b, recording.rate_hz)
         self._curve_b = signals.spline_derivative(self._rate_b, recording.rate_hz)
-        names = {feeder.name: columns.CURRENT.name(feeder=feeder.name) for feeder in magnetics.feeders}
-        self.currents_a = {feeder: recording[name] for feeder, name in names.items() if name in recording}
-        surfaces = {d.surface: columns.SURFACE.name(surface=d.surface) for d in magnetics.hinged}
-        self._angles = {surface: np.radians(recording[name]) for surface, name in surfaces.items() if name in recording}
+        currents = {f.name: _first(recording, _CURRENT, feeder=f.name) for f in magnetics.feeders}
+        self.currents_a = {feeder: current for feeder, current in currents.items() if current is not None}
+        angles = {d.surface: _first(recording, _DEFLECTION, surface=d.surface) for d in magnetics.hinged}
+        self._angles = {surface: np.radians(angle) for surface, angle in angles.items() if angle is not None}
 
     def eddy_states(self, modes: Modes) -> np.ndarray:
         """Return the states of the eddy-current modes to first order in their time constants, (n, k)."""
@@ -60,6 +62,16 @@ class RecordedExcitation:
         """Return the mean moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""
         del rotor
         return mean_moment(source, self.ambient_b)
+
+
+_CURRENT = (columns.TRUE_CURRENT, columns.CURRENT)
+_DEFLECTION = (columns.TRUE_SURFACE, columns.SURFACE)
+
+
+def _first(recording: Recording, families: Sequence[columns.Family], **fields: str) -> np.ndarray | None:
+    """Return the column of the first of some families that a recording has; None if it has none."""
+    names = [family.name(**fields) for family in families]
+    return next((recording[name] for name in names if name in recording), None)
 
 
 def _angle(recording: Recording, name: str) -> np.ndarray:

@@ -22,6 +22,7 @@ from magsim.scenario.instruments import (
     ScalarSensor,
     Sensor,
     Sensors,
+    Surfaces,
 )
 from magsim.scenario.maneuvers import Combined, Maneuver, Oscillation, PhasedOscillation, Train
 from magsim.scenario.patterns import (
@@ -109,6 +110,7 @@ __all__ = [
     "Square",
     "Start",
     "StraightLine",
+    "Surfaces",
     "SurveyPattern",
     "Sway",
     "Target",

@@ -39,7 +39,7 @@ def measure(
 
 
 def electrical_columns(settings: Electrical, truth: FieldTruth, acquisition: Acquisition, seed: int) -> Columns:
-    """Return the readings of all currents and voltages.
+    """Return the readings of all currents and voltages, and the truth of them.
 
     Parameters
     ----------
@@ -52,10 +52,8 @@ def electrical_columns(settings: Electrical, truth: FieldTruth, acquisition: Acq
     Returns
     -------
     dict of str to (rows,) [A], [V]
-        Empty where nothing is recorded, or the flight was computed without wiring.
+        Truth alone where nothing is measured; empty where the flight was computed without wiring.
     """
-    if not settings.enabled:
-        return {}
     rate_hz = acquisition.rate_in_hz
     span = (truth.time_s[0] + acquisition.reach_s, truth.time_s[-1] - acquisition.reach_s)
 
@@ -63,8 +61,13 @@ def electrical_columns(settings: Electrical, truth: FieldTruth, acquisition: Acq
         taken = instants(settings, acquisition.time_s, name, seed, span)
         return acquisition(reading) if taken is None else acquisition.at(reading, taken)
 
-    out = {}
+    out = {columns.TRUE_CURRENT.name(feeder=name): acquisition(current) for name, current in truth.currents_a.items()}
+    out |= {columns.TRUE_VOLTAGE.name(bus=name): acquisition(voltage) for name, voltage in truth.voltages_v.items()}
+    if not settings.enabled:
+        return out
     for name, current in truth.currents_a.items():
+        if name in settings.without:
+            continue
         reading = measure(
             current,
             density=settings.current_noise_a_rthz,
@@ -88,7 +91,7 @@ def electrical_columns(settings: Electrical, truth: FieldTruth, acquisition: Acq
 
 
 def read(flight: MeasuredFlight) -> Columns:
-    """Return the readings of all current and voltage sensors, carrier first."""
+    """Return the readings of all current and voltage sensors and the truth of them, carrier first."""
     out: Columns = {}
     for truth in flight.truths.values():
         out |= electrical_columns(flight.sensors.electrical, truth, flight.acquisition, flight.seed)

@@ -10,6 +10,7 @@ from magsim.sensors import (
     navigation,
     radar_altimeter,
     scalar,
+    surfaces,
     true_motion,
 )
 from magsim.sensors.instrument import Columns, Instrument, MeasuredFlight
@@ -35,7 +36,7 @@ INSTRUMENTS: tuple[Instrument, ...] = (
     true_motion.read_ground,
     radar_altimeter.read,
     true_motion.read_wind,
-    true_motion.read_surfaces,
+    surfaces.read,
     electrical.read,
 )
 """Every instrument of a recording, and every column of truth that none of them measures."""

@@ -1,4 +1,4 @@
-"""True motion of the flight and what surrounds it, in columns: carrier, rope, wind, ground, control surfaces.
+"""True motion of the flight and what surrounds it, in columns: carrier, rope, wind, ground.
 
 Rows are instants: attitude, velocity and position are those of the row's time, not filtered.
 """
@@ -128,9 +128,3 @@ def read_wind(flight: MeasuredFlight) -> Columns:
     if wind_n is None:
         return {}
     return {columns.TRUE_WIND.name(direction=name): wind_n[:, k] for k, name in enumerate(columns.DIRECTIONS)}
-
-
-def read_surfaces(flight: MeasuredFlight) -> Columns:
-    """Return the deflections of the control surfaces, (rows,) each [deg]."""
-    angles = flight.flight.controls_at(flight.time_s)
-    return {columns.SURFACE.name(surface=name): np.degrees(angle) for name, angle in angles.items()}

@@ -28,7 +28,8 @@ def truth(make_truth) -> FieldTruth:
 
 def test_an_ideal_sensor_reads_the_filtered_truth(truth, acquisition):
     out = electrical_columns(IDEAL, truth, acquisition, 1)
-    assert list(out) == ["cur_pump_a", "cur_strobe_a", "vol_main_v"]
+    names = ["cur_pump_a", "cur_strobe_a", "vol_main_v"]
+    assert list(out) == [*(f"true_{name}" for name in names), *names]
     np.testing.assert_array_equal(out["cur_pump_a"], acquisition(truth.currents_a["pump"]))
     np.testing.assert_array_equal(out["vol_main_v"], acquisition(truth.voltages_v["main"]))
 
@@ -76,4 +77,17 @@ def test_readings_are_whole_steps():
 
 
 def test_nobody_records_where_that_is_asked(truth, acquisition):
-    assert electrical_columns(IDEAL.model_copy(update={"enabled": False}), truth, acquisition, 1) == {}
+    plain = electrical_columns(IDEAL, truth, acquisition, 1)
+    out = electrical_columns(IDEAL.model_copy(update={"enabled": False}), truth, acquisition, 1)
+    assert set(out) == {"true_cur_pump_a", "true_cur_strobe_a", "true_vol_main_v"}
+    for name, column in out.items():
+        np.testing.assert_array_equal(column, plain[name.removeprefix("true_")])
+
+
+def test_a_feeder_without_a_sensor_keeps_its_truth(truth, acquisition):
+    noisy = Electrical()
+    out = electrical_columns(noisy.model_copy(update={"without": ("pump",)}), truth, acquisition, 1)
+    whole = electrical_columns(noisy, truth, acquisition, 1)
+    assert set(whole) - set(out) == {"cur_pump_a"}
+    np.testing.assert_array_equal(out["true_cur_pump_a"], acquisition(truth.currents_a["pump"]))
+    np.testing.assert_array_equal(out["cur_strobe_a"], whole["cur_strobe_a"])

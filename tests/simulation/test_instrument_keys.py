@@ -53,6 +53,7 @@ TABLES = {
     "radar": {"max_range_m": 4000.0},
     "base": {},
     "electrical": {},
+    "surfaces": {},
 }
 
 DURATION_S = 16.0
@@ -117,7 +118,8 @@ VALUES |= {"acc_scale_error": (0.01, 0.0, 0.0), "rate_scale_error": (0.01, 0.0, 
 VALUES |= {"rate_correlation_s": 20.0, "start_c": 15.0, "settled_c": 40.0, "warmup_s": 100.0, "wander_s": 30.0}
 VALUES |= {"max_range_m": 1000.0, "max_tilt_deg": 3.0, "noise_m": 2.0, "rate_hz": 2.0, "enabled": False}
 VALUES |= {"current_step_a": 1.0, "voltage_step_v": 1.0, "height_m": 900.0}
-"""What a key is set to; 0.3 where it is not named."""
+VALUES |= {"electrical.without": ("pump",), "surfaces.without": ("elevator",)}
+"""What a key is set to, with its table where it means another thing in each; 0.3 where it is not named."""
 
 BARO = ("baro_",)
 CHANGES = {
@@ -136,8 +138,15 @@ CHANGES = {
     },
     "electrical": {
         **dict.fromkeys((*CLOCK, "enabled"), ("cur_", "vol_")),
+        "without": ("cur_pump_a",),
         **dict.fromkeys(("current_noise_a_rthz", "current_offset_a", "current_step_a"), ("cur_",)),
         **dict.fromkeys(("voltage_noise_v_rthz", "voltage_offset_v", "voltage_step_v"), ("vol_",)),
+    },
+    "surfaces": {
+        **dict.fromkeys((*CLOCK, "enabled"), ("surface_elevator_deg", "surface_rudder_deg")),
+        "without": ("surface_elevator_deg",),
+        **dict.fromkeys(("noise_deg_rthz", "offset_deg", "scale_error", "step_deg"), ("surface_",)),
+        **dict.fromkeys(("backlash_deg", "lag_s"), ("surface_elevator_deg",)),  # the rudder rests
     },
 }
 
@@ -150,6 +159,7 @@ MODELS = {
     "radar": (scenario.Radar, CHANGES["radar"]),
     "base": (scenario.BaseStation, CHANGES["base"]),
     "electrical": (scenario.Electrical, CHANGES["electrical"]),
+    "surfaces": (scenario.Surfaces, CHANGES["surfaces"]),
 }
 NO_ERRORS = {"name", "mount", "body", "preset", "lat_deg", "lon_deg", "north_m", "east_m"}
 
@@ -215,7 +225,8 @@ def test_of_a_fluxgate(key):
 
 @pytest.mark.parametrize(("table", "key"), [(table, key) for table, keys in CHANGES.items() for key in keys])
 def test_of_the_others(table, key):
-    found = changed(recorded(**{table: {key: VALUES.get(key, 0.3)}}))
+    value = VALUES.get(f"{table}.{key}", VALUES.get(key, 0.3))
+    found = changed(recorded(**{table: {key: value}}))
     allowed = CHANGES[table][key]
     assert all(name.startswith(allowed) for name in found)
     for prefix in allowed:

@@ -54,6 +54,7 @@ def expected_columns() -> dict[str, str]:
     out |= dict.fromkeys([f"{unit}_{name}" for unit in ("ins", "carrier") for name in motion], "input")
     out |= dict.fromkeys([f"cur_{name}_a" for name in feeders], "input")
     out |= dict.fromkeys([f"vol_{bus.name}_v" for bus in (*carrier.buses, *bird.buses)], "input")
+    out |= dict.fromkeys([f"true_{name}" for name in out if name.startswith(("cur_", "vol_"))], "truth")
     out |= {"radar_alt_m": "input"}
     for axis in "xyz":
         out |= {f"ins_acc_{axis}_mps2": "input", f"ins_rate_{axis}_dps": "input"}

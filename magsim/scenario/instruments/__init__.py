@@ -1,6 +1,6 @@
 """The instruments on board, and the base station on the ground."""
 
-from magsim.scenario.instruments.channels import Electrical
+from magsim.scenario.instruments.channels import Electrical, Surfaces
 from magsim.scenario.instruments.common import InstrumentClock, Sensor
 from magsim.scenario.instruments.fluxgate import Cabin, FluxgateSensor
 from magsim.scenario.instruments.ground import BaseStation
@@ -21,4 +21,5 @@ __all__ = [
     "ScalarSensor",
     "Sensor",
     "Sensors",
+    "Surfaces",
 ]

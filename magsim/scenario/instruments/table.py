@@ -3,7 +3,7 @@
 from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.config import Strict
-from magsim.scenario.instruments.channels import Electrical
+from magsim.scenario.instruments.channels import Electrical, Surfaces
 from magsim.scenario.instruments.common import Sensor
 from magsim.scenario.instruments.fluxgate import Cabin, FluxgateSensor
 from magsim.scenario.instruments.ground import BaseStation
@@ -21,6 +21,7 @@ class Sensors(Strict):
     carrier_ins: Ins | None = Field(default=None, description="a second one, in the carrier of a bird")
     cabin: Cabin | None = Field(default=None, description="without it, every instrument has its reference_c")
     electrical: Electrical = Electrical()
+    surfaces: Surfaces = Field(default=Surfaces(), description="positions of the control surfaces")
     barometer: Barometer | None = None
     radar: Radar | None = Field(default=None, description="needs [terrain]")
     base: BaseStation | None = Field(default=None, description="on the ground, for the diurnal correction")
