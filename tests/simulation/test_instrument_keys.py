@@ -118,7 +118,7 @@ VALUES |= {"acc_scale_error": (0.01, 0.0, 0.0), "rate_scale_error": (0.01, 0.0, 
 VALUES |= {"rate_correlation_s": 20.0, "start_c": 15.0, "settled_c": 40.0, "warmup_s": 100.0, "wander_s": 30.0}
 VALUES |= {"max_range_m": 1000.0, "max_tilt_deg": 3.0, "noise_m": 2.0, "rate_hz": 2.0, "enabled": False}
 VALUES |= {"current_step_a": 1.0, "voltage_step_v": 1.0, "height_m": 900.0}
-VALUES |= {"electrical.without": ("pump",), "surfaces.without": ("elevator",)}
+VALUES |= {"electrical.without": ("pump",), "surfaces.without": ("elevator",), "surfaces.offset_deg": 1.0}
 """What a key is set to, with its table where it means another thing in each; 0.3 where it is not named."""
 
 BARO = ("baro_",)

@@ -25,7 +25,8 @@ def test_columns_stand_in_the_order_of_the_table(recording):
     assert places == sorted(places)
     assert len(recording) == 401
     np.testing.assert_array_equal(recording.time_s, np.arange(401) / 10)
-    # 2 scalars with 6 columns and 15 parts, a fluxgate with 6 and 15, 15 of the INS, 18 true, 2 surfaces with their truth, 8 segments.
+    # 2 scalars with 6 columns and 15 parts, a fluxgate with 6 and 15, 15 of the INS, 18 true, 2 surfaces
+    # and their truth, 8 segments.
     assert len(recording.data) == 2 * 21 + 21 + 15 + 18 + 2 * 2 + 8
     assert recording.scalars == ("cabin", "tail")
     assert recording.fluxgates == ("flux",)
