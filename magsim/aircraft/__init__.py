@@ -19,6 +19,7 @@ from pydantic import BaseModel
 from magsim import assets, config
 from magsim.aircraft.bird import BirdFacts
 from magsim.aircraft.facts import Facts, Limits
+from magsim.aircraft.hull import beyond_hull
 from magsim.aircraft.kinematic import KinematicFacts, KinematicLimits
 from magsim.aircraft.magnetics import Magnetics, MeshPart
 from magsim.config.document import read_text
@@ -163,6 +164,10 @@ def _read(folder: Path, names: tuple[str, str], model: type[F]) -> _FolderRead[F
     magnetics, problems = _file(folder / names[1], Magnetics)
     if facts is None or magnetics is None:
         raise RequestError("\n".join(filter(None, (facts_problems, problems))))
+    assert isinstance(facts, Facts | KinematicFacts | BirdFacts)
+    off_hull = [f"{folder / names[1]}: {key}: {text}" for key, text in beyond_hull(magnetics, facts)]
+    if off_hull:
+        raise RequestError("\n".join(off_hull))
     return _FolderRead(folder.resolve().name, facts, magnetics, mesh_files(folder, magnetics))
 
 

@@ -11,6 +11,7 @@ from importlib import import_module
 import click
 
 import magsim
+from magsim.cli.messages import print_error
 from magsim.errors import MagsimError
 
 COMMANDS = {
@@ -90,13 +91,13 @@ def main(args: Sequence[str] | None = None) -> int:
         code = cli.main(args=args, prog_name="magsim", standalone_mode=False)
         sys.stdout.flush()
     except MagsimError as error:
-        _print_error(str(error))
+        print_error(str(error))
         return error.exit_code
     except click.ClickException as error:
         error.show()
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        _print_error("interrupted")
+        print_error("interrupted")
         return INTERRUPTED
     except BrokenPipeError:
         # the reader of the output has closed it; the rest of the buffer is discarded
@@ -108,10 +109,3 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _terminate(_signal: int, _frame: object) -> None:
     raise SystemExit(TERMINATED)
-
-
-def _print_error(text: str) -> None:
-    """Write lines to stderr, with control characters, which a path may hold, escaped."""
-    plain = "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
-    with suppress(OSError):
-        click.echo(plain, err=True)

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from magsim.cli.messages import warn
+
 
 @click.command(short_help="Fly a scenario and write its recording.")
 @click.argument("scenario")
@@ -42,6 +44,7 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     with stages(quiet=quiet) as progress:
         recording = simulate(loaded, progress=progress)
     recording.write(target, force=force)
+    warn([recording])
     if not quiet:
         duration = recording.time_s[-1] - recording.time_s[0]
         click.echo(f"{target}: {len(recording)} rows, {duration:.1f} s, {len(recording.data)} columns")

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from magsim.cli.messages import warn
+
 if TYPE_CHECKING:
     from magsim.recording import Recording
 
@@ -37,6 +39,7 @@ def info(file: Path, flight: str | None) -> None:
     if len(recordings) == 1:
         sections += [*_details(recordings[0])]
     show(sections)
+    warn(recordings)
 
 
 def show(sections: Sequence[TitledTable]) -> None:

@@ -13,7 +13,7 @@ from magsim.field.metal import eddy
 from magsim.field.situation import Situation
 from magsim.field.sources.rotors import Rotation, ShaftDipole, rotating_moment, rotor_rotation, rotor_stream
 from magsim.field.stepping import derivative
-from magsim.field.wiring.electronics import Clock, Onboard, onboard
+from magsim.field.wiring.electronics import Clock, Onboard, onboard, training_spans
 from magsim.scenario import FieldSettings
 
 
@@ -91,7 +91,9 @@ class FlightExcitation:
     def onboard(self) -> Onboard:
         """Currents and voltages of the aircraft's wiring."""
         situation = self.situation
-        clock = Clock(situation.time_s, situation.step_s, situation.flight, situation.scenario.seed)
+        scenario = situation.scenario
+        spans = training_spans(situation.flight.segments, scenario.recording)
+        clock = Clock(situation.time_s, situation.step_s, situation.flight, scenario.seed, spans)
         return onboard(self.magnetics, self.settings.electronics, clock)
 
     @property

@@ -40,6 +40,12 @@ FeederSetting = create_model("FeederSetting", __base__=_Setting, __doc__=_Settin
 class Electronics(FieldPart):
     """Currents in the wiring."""
 
+    least_times_on: int = Field(
+        default=0,
+        ge=0,
+        le=100,
+        description="loads of kind duty cycle faster where they would be on fewer times in the training rows; 0: never",
+    )
     feeders: dict[Name, FeederSetting] = Field(
         default={}, description="by the names of the feeders of the aircraft, and of the bird that it tows"
     )

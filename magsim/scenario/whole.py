@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
 from magsim.aircraft import KinematicFacts
@@ -57,6 +58,10 @@ class RecordingSettings(Strict):
     valid_legs: Annotated[tuple[int, ...], Field(strict=False)] = Field(
         default=(4,), description="legs of the training circuits that are kept for validation"
     )
+
+    def is_for_training(self, circuit: np.ndarray, leg: np.ndarray) -> np.ndarray:
+        """Return whether rows of circuits and legs, (n,) each, are training rows: validation legs are not."""
+        return np.isin(circuit, self.train_circuits) & ~np.isin(leg, self.valid_legs)
 
 
 class Scenario(Strict):

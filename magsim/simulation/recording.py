@@ -11,8 +11,9 @@ from magsim.errors import DataError
 from magsim.field.background import station_field
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
-from magsim.scenario import RecordingSettings
+from magsim.scenario import RecordingSettings, ScalarSensor
 from magsim.sensors import Acquisition, Counter, MeasuredFlight, read_instruments
+from magsim.simulation.loads import times_on
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 
@@ -53,7 +54,9 @@ def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTru
     data[columns.SPLIT.name()] = split_of(segments["circuit"], segments["leg"], settings)
     _check_finite(loaded.name, time_s, data)
     names = sorted(data, key=_place_in_table)
-    whole = Recording(loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, acquisition))
+    whole = Recording(
+        loaded.name, time_s, {name: data[name] for name in names}, _meta(loaded, flight, truths, acquisition)
+    )
     return whole.with_truth(settings.truth)
 
 
@@ -79,9 +82,8 @@ def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) 
         Keys of ``columns.SPLITS``.
     """
     codes = {name: code for code, name in columns.SPLITS.items()}
-    trained = np.isin(circuit, settings.train_circuits)
-    kept = np.isin(leg, settings.valid_legs)
-    return np.where(trained, np.where(kept, codes["valid"], codes["train"]), codes["test"]).astype(float)
+    rest = np.where(np.isin(circuit, settings.train_circuits), codes["valid"], codes["test"])
+    return np.where(settings.is_for_training(circuit, leg), codes["train"], rest).astype(float)
 
 
 def _check_finite(name: str, time_s: np.ndarray, data: dict[str, np.ndarray]) -> None:
@@ -92,7 +94,9 @@ def _check_finite(name: str, time_s: np.ndarray, data: dict[str, np.ndarray]) ->
             raise DataError(msg)
 
 
-def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> dict[str, object]:
+def _meta(
+    loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTruth], acquisition: Acquisition
+) -> dict[str, object]:
     """Return the provenance in plain types: no clock, no path, no host."""
     scenario = loaded.scenario
     counters = {
@@ -101,6 +105,8 @@ def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> d
         for sensor in scenario.sensors.scalar
         if sensor.counter_s > 0.0
     }
+    dead_zones = {sensor.name: _dead_zones(sensor) for sensor in scenario.sensors.scalar if sensor.can_drop_out}
+    loads = times_on(loaded, flight, truths)
     return {
         "schema": SCHEMA,
         "generator": "magsim",
@@ -118,4 +124,13 @@ def _meta(loaded: LoadedScenario, flight: Flight, acquisition: Acquisition) -> d
         "filter": acquisition.decimator.description,
         "maneuvers": [asdict(flown) | {"off_axis_deg": list(flown.off_axis_deg)} for flown in flight.maneuvers],
         "notes": dict(flight.notes),
-    } | ({"counters": counters} if counters else {})
+        **({"counters": counters} if counters else {}),
+        **({"dead_zones": dead_zones} if dead_zones else {}),
+        **({"times_on": loads} if loads else {}),
+    }
+
+
+def _dead_zones(sensor: ScalarSensor) -> dict[str, object]:
+    """Return where a scalar magnetometer does not read, in plain types."""
+    zones = {"axis_b": list(sensor.axis_b), "polar_deg": sensor.dead_polar_deg, "equator_deg": sensor.dead_equator_deg}
+    return zones if sensor.range_nt is None else zones | {"range_nt": list(sensor.range_nt)}

@@ -1,7 +1,7 @@
 """Onboard electronics: the currents in the aircraft's wiring, their field, and the voltages of the buses."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import Any
 
@@ -10,10 +10,10 @@ import numpy as np
 from magsim.aircraft.magnetics import Bus, Feeder, Magnetics
 from magsim.aircraft.magnetics import feeders as model
 from magsim.field.stepping import derivative
-from magsim.field.wiring.loads import Steps, cycles, lagged, pulses, switched
-from magsim.scenario import Electronics
+from magsim.field.wiring.loads import Steps, cycles, lagged, longest_cycle, pulses, shortened, switched
+from magsim.scenario import Electronics, RecordingSettings
 from magsim.streams import stream
-from magsim.trajectory import Flight
+from magsim.trajectory import Flight, Segment
 
 SETTLED_S = 1e4
 """How long before the flight a load that is off has been off."""
@@ -36,6 +36,10 @@ class Clock:
     step_s: float
     flight: Flight
     seed: int
+    training_s: tuple[tuple[float, float], ...] = ()
+    """Spans of the training rows."""
+    least_times_on: int = 0
+    """How often a load of kind duty is on in them at least."""
 
     @cached_property
     def controls(self) -> dict[str, np.ndarray]:
@@ -55,6 +59,17 @@ class Clock:
     def steps(self, times_s: np.ndarray, levels_a: np.ndarray, **lag: float) -> np.ndarray:
         """Return the mean over each step of a level, (n,) [A], settled on its first value before the flight."""
         return Steps(times_s, levels_a, **lag).mean(self.time_s, self.step_s)
+
+
+def training_spans(segments: Sequence[Segment], settings: RecordingSettings) -> tuple[tuple[float, float], ...]:
+    """Return the spans of the training rows of a flight [s], those that touch joined."""
+    out: list[tuple[float, float]] = []
+    for segment in segments:
+        if settings.is_for_training(np.array(segment.circuit), np.array(segment.leg)):
+            joins = bool(out) and segment.start_s <= out[-1][1] + 1e-6
+            begin = out.pop()[0] if joins else segment.start_s
+            out.append((begin, segment.stop_s))
+    return tuple(out)
 
 
 def _constant(load: model.ConstantLoad, feeder: str, clock: Clock) -> np.ndarray:
@@ -79,7 +94,11 @@ def _lag_of(load: model.Inrush) -> dict[str, float]:
 
 def _duty(load: model.DutyLoad, feeder: str, clock: Clock) -> np.ndarray:
     rng = stream(clock.seed, f"electronics/{feeder}/duty")
-    times = cycles(rng, clock.start_s, clock.stop_s, on_s=load.on_s, off_s=load.off_s, jitter=load.jitter)
+    on_s, off_s = load.on_s, load.off_s
+    if clock.least_times_on and clock.training_s:
+        longest_s = longest_cycle(clock.training_s, clock.least_times_on) / (1.0 + load.jitter)
+        on_s, off_s = shortened(on_s, off_s, longest_s)
+    times = cycles(rng, clock.start_s, clock.stop_s, on_s=on_s, off_s=off_s, jitter=load.jitter)
     return _turns(load.current_a, times, clock, **_lag_of(load))
 
 
@@ -191,5 +210,6 @@ def onboard(magnetics: Magnetics, settings: Electronics, clock: Clock) -> Onboar
         What the scenario changes of them.
     clock : Clock
     """
+    clock = replace(clock, least_times_on=settings.least_times_on)
     drawn = currents(settings.apply(magnetics.feeders), clock, settings.off)
     return Onboard(drawn, voltages(magnetics.buses, drawn))

@@ -4,6 +4,7 @@ A sample of a current is its mean over the step around the sample's time. A stro
 its whole charge, wherever it falls between samples, and the mean over a flight is that of the pulses themselves.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -130,6 +131,21 @@ def cycles(
     count = int(np.ceil((stop_s - begin) / ((1.0 - jitter) * (on_s + off_s)))) + 1
     spans = np.array([on_s, off_s]) * rng.uniform(1.0 - jitter, 1.0 + jitter, (count, 2))
     return np.concatenate([[begin], begin + np.cumsum(spans.ravel())[:-1]])
+
+
+def longest_cycle(spans_s: Sequence[tuple[float, float]], times: int) -> float:
+    """Return the longest cycle of which so many fit into some spans [s]: each span holds whole cycles alone."""
+    lengths = np.array([stop - start for start, stop in spans_s])
+    fits = (lengths[:, None] / np.arange(1, times + 1)).ravel()
+    return float(max(cycle for cycle in fits if np.sum(np.floor(lengths / cycle + 1e-9)) >= times))
+
+
+def shortened(on_s: float, off_s: float, longest_s: float) -> tuple[float, float]:
+    """Return spans on and off that together are no longer than a cycle [s]; the pause is shortened first, to half."""
+    if on_s + off_s <= longest_s:
+        return on_s, off_s
+    on_s = min(on_s, 0.5 * longest_s)
+    return on_s, longest_s - on_s
 
 
 def switched(time_s: np.ndarray, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

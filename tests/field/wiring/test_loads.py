@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from magsim.field.wiring.loads import Steps, cycles, lagged, pulses, switched
+from magsim.field.wiring.loads import Steps, cycles, lagged, longest_cycle, pulses, shortened, switched
 from magsim.streams import stream
 
 STEP_S = 1.0 / 120.0
@@ -104,3 +104,27 @@ def test_a_switch_changes_half_way_between_its_rows():
     times, states = switched(np.arange(6) / 30.0, np.array([0.0, 0.0, 1.0, 1.0, 0.2, 0.0]))
     np.testing.assert_allclose(times, [0.0, 1.5 / 30.0, 3.5 / 30.0])
     np.testing.assert_array_equal(states, [0.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("lengths", "times", "wanted"),
+    [
+        ((100.0,), 3, 100.0 / 3.0),
+        ((100.0, 40.0), 3, 40.0),
+        ((100.0, 10.0), 3, 100.0 / 3.0),
+        ((50.0, 50.0, 50.0), 3, 50.0),
+    ],
+)
+def test_the_longest_cycle_fits_so_many_times_into_the_spans(lengths, times, wanted):
+    starts = np.cumsum((0.0, *lengths[:-1])) + 7.0 * np.arange(len(lengths))
+    spans = [(start, start + length) for start, length in zip(starts, lengths, strict=True)]
+    cycle = longest_cycle(spans, times)
+    assert cycle == pytest.approx(wanted)
+    assert sum(int(length / cycle + 1e-9) for length in lengths) >= times
+    assert sum(int(length / (1.001 * cycle)) for length in lengths) < times
+
+
+def test_a_cycle_is_shortened_in_its_pause_first():
+    assert shortened(4.0, 240.0, 300.0) == (4.0, 240.0)
+    assert shortened(4.0, 240.0, 30.0) == (4.0, 26.0)
+    assert shortened(60.0, 110.0, 30.0) == (15.0, 15.0)
