@@ -12,6 +12,7 @@ import numpy as np
 from magsim import columns
 from magsim.earth import decimal_years, igrf, utm, utm_zone
 from magsim.errors import RequestError
+from magsim.exchange.aliases import ALIASES_SGL
 from magsim.frames import rot_nb_from_attitude, rotate
 from magsim.recording import Recording
 
@@ -146,7 +147,7 @@ DIRECT = {
     "pitch_rate": "ins_rate_y_dps",
     "roll_rate": "ins_rate_x_dps",
     "yaw_rate": "ins_rate_z_dps",
-} | {theirs: ours for ours, theirs in columns.ALIASES_SGL.items()}
+} | {theirs: ours for ours, theirs in ALIASES_SGL.items()}
 """Fields that equal a column."""
 
 NEGATED = {"ins_vw": "ins_ve_mps", "ins_vu": "ins_vd_mps"}

@@ -52,7 +52,7 @@ def spans_touched(on: np.ndarray, wanted: np.ndarray) -> int:
 def _switched(loaded: LoadedScenario, body: str) -> Iterator[tuple[Feeder, float, float]]:
     """Yield the feeders of a body whose loads go on and off, their currents at rest, and what on adds to them [A]."""
     vehicle = loaded.bird if body == "bird" else loaded.aircraft
-    if vehicle is None or vehicle.magnetics is None:
+    if vehicle is None:
         return
     for feeder in loaded.scenario.field.electronics.apply(vehicle.magnetics.feeders):
         load = feeder.load

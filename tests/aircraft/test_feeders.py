@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from magsim import assets, columns
 from magsim.aircraft import KinematicFacts, Magnetics, load_aircraft
+from magsim.exchange.aliases import alias_sgl
 from tests.benchmarks.aircraft_levels import vehicle
 
 
@@ -59,9 +60,9 @@ def test_channels_of_a_bird_and_of_its_carrier_have_names_of_their_own(bird, car
 
 def test_channels_that_sgl_recorded_carry_its_names():
     magnetics = load_aircraft("c208b").magnetics
-    names = [columns.alias_sgl(columns.CURRENT.name(feeder=feeder.name)) for feeder in magnetics.feeders]
+    names = [alias_sgl(columns.CURRENT.name(feeder=feeder.name)) for feeder in magnetics.feeders]
     assert {"cur_com_1", "cur_tank", "cur_flap", "cur_strb", "cur_heat", "cur_acpwr", "cur_bat_1"} <= set(names)
-    voltages = [columns.alias_sgl(columns.VOLTAGE.name(bus=bus.name)) for bus in magnetics.buses]
+    voltages = [alias_sgl(columns.VOLTAGE.name(bus=bus.name)) for bus in magnetics.buses]
     assert {"vol_acpwr", "vol_bat_1"} <= set(voltages)
 
 

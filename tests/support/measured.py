@@ -1,10 +1,11 @@
 """A flight and a field made by hand, and the scenario that records them."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
 
-from magsim.aircraft import Aircraft
+from magsim.aircraft import load_aircraft
 from magsim.loading import LoadedScenario
 from magsim.scenario import Scenario
 from magsim.trajectory import Flight, ManeuverFlown, Segment, Trajectory
@@ -26,7 +27,7 @@ def loaded(scalars=SCALARS, seed=5, sensors=None, **recording):
         "recording": {"valid_legs": (2,)} | recording,
     }
     table["start"]["time_utc"] = datetime(2025, 3, 13, 2, tzinfo=UTC)
-    toy = Aircraft("toy", facts=None, magnetics=None)
+    toy = replace(load_aircraft("uav"), name="toy")
     return LoadedScenario("toy_box", Scenario.model_validate(table), toy, "schema = 1\n", ("seed=5",))
 
 

@@ -31,7 +31,7 @@ class Electrical(InstrumentClock):
     @field_validator("without")
     @classmethod
     def _feeders_exist(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        vehicles = [vehicle for vehicle in (aircraft_of(info), bird_of(info)) if vehicle and vehicle.magnetics]
+        vehicles = [vehicle for vehicle in (aircraft_of(info), bird_of(info)) if vehicle]
         known = [feeder.name for vehicle in vehicles for feeder in vehicle.magnetics.feeders]
         strange = [name for name in value if vehicles and name not in known]
         if strange:
