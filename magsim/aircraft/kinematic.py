@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator
 
-from magsim.aircraft.fact import Area, Duration, Envelope, Length, Mass, Position, RangeFact, Speed, in_unit
+from magsim.aircraft.fact import Area, Degrees, Duration, Envelope, Length, Mass, Position, RangeFact, Speed, in_unit
 from magsim.config import Strict
 
 FrequencyRange = Annotated[RangeFact, AfterValidator(in_unit("Hz"))]
@@ -31,10 +31,12 @@ class KinematicLimits(Envelope):
 
 
 class SwayFacts(Strict):
-    """How a pilot's hands leave the line: noise in a band of frequencies."""
+    """How air and hands move it: standard deviations, and the band in which the bank's power is even."""
 
     lateral: Length
     vertical: Length
+    along: Length
+    heading: Degrees
     band: FrequencyRange
 
 

@@ -61,10 +61,14 @@ class Start(Strict):
 
 
 class Sway(Strict):
-    """How far a kinematic carrier leaves its line, standard deviations; without a key, that of its file."""
+    """How far air and hands move a kinematic carrier, standard deviations; without a key, that of its file."""
 
-    lateral_m: float | None = Field(default=None, ge=0.0, le=20.0)
-    vertical_m: float | None = Field(default=None, ge=0.0, le=20.0)
+    lateral_m: float | None = Field(default=None, ge=0.0, le=20.0, description="across the line: roll follows from it")
+    vertical_m: float | None = Field(default=None, ge=0.0, le=20.0, description="in height")
+    along_m: float | None = Field(default=None, ge=0.0, le=20.0, description="along the line: pitch follows from it")
+    heading_deg: float | None = Field(
+        default=None, ge=0.0, le=20.0, description="of the nose, beside the heading that follows the bank"
+    )
 
 
 class FlightSettings(Strict):

@@ -1,8 +1,9 @@
-"""Flying a carrier without a flight model: along its path at its airspeed, with the sway of a human pilot.
+"""Flying a carrier without a flight model: along its path at its airspeed, with the sway of air and hands.
 
-The path is that of its pattern; speed over ground follows from airspeed and steady wind. Sway is noise in a band of
-frequencies across the path and in height. The attitude is that of a coordinated flight along the curve: heading into
-the wind, bank by the acceleration to the right, pitch by drag and the acceleration forward.
+The path is that of its pattern; speed over ground follows from airspeed and steady wind. Sway is noise about the path in
+all three directions. The attitude is that of a coordinated flight along the curve that is flown, sway included: the nose
+points where the air comes from, but for a part of its own (gusts and pedals); bank follows from the acceleration to the
+right, pitch from drag and the acceleration forward.
 """
 
 import math
@@ -18,14 +19,14 @@ from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import gravity_n
 from magsim.flight.carriers.outcome import check_height, pattern_notes, segments_of
 from magsim.flight.carriers.planning import MARGIN_S, FlightPlan, check_wind, plan_flight, settle_s, warmup_s
-from magsim.flight.carriers.sway import sway
+from magsim.flight.carriers.sway import SwaySize, sway
 from magsim.flight.model.rates import log_rate_hz
 from magsim.flight.path.elements import Element, length_of
 from magsim.flight.path.heights import STEP_M, HeightPlan
-from magsim.flight.path.wind import crab_heading, ground_speed
+from magsim.flight.path.wind import ground_speed
 from magsim.flight.pilot.guidance import Crossing
 from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
-from magsim.scenario import Scenario
+from magsim.scenario import Scenario, Sway
 from magsim.scenario.air import wind_at
 from magsim.terrain import Ground, TangentPlane
 from magsim.trajectory import AttitudeCurve, Flight, Trajectory
@@ -90,8 +91,8 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
     log_hz = scenario.flight.log_hz or log_rate_hz(facts, scenario.flight.step_hz)
     before_s = MARGIN_S + settle_s(scenario)
     grid = np.arange(-round(before_s * log_hz), math.floor((end_s + MARGIN_S) * log_hz) + 1) / log_hz
-    spreads = _sway_spreads(scenario, facts)
-    carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, spreads_m=spreads)
+    size = _sway_size(scenario, facts)
+    carrier, wind_n = _motion(scenario, facts, planned, way, time_s=grid, size=size)
     crossings = [Crossing(i, time) for i, time in enumerate(crossed[:-1])]
     segments = segments_of(crossings, planned.path, 0.0, end_s, carrier)
     flight = Flight(
@@ -104,8 +105,10 @@ def fly_kinematic(scenario: Scenario, aircraft: Aircraft, ground: Ground | None)
         wind_n=wind_n,
         notes={
             "carrier": "kinematic: prescribed path with sway, attitude from path and speed, no flight model",
-            "sway_lateral_m": spreads[0],
-            "sway_vertical_m": spreads[1],
+            "sway_along_m": size.along_m,
+            "sway_lateral_m": size.lateral_m,
+            "sway_vertical_m": size.vertical_m,
+            "sway_heading_deg": math.degrees(size.heading_rad),
             "log_hz": log_hz,
             "warmup_s": warmup_s(scenario),
             **pattern_notes(scenario, planned.path, carrier, segments, []),
@@ -175,15 +178,15 @@ def _time_at(way: PathCurves, along_m: float) -> float:
     return guess
 
 
-def _sway_spreads(scenario: Scenario, facts: KinematicFacts) -> tuple[float, float]:
-    """Return the standard deviations of the sway across and in height [m]."""
-    settings = scenario.flight.sway
-    lateral, vertical = facts.sway.lateral.value, facts.sway.vertical.value
-    if settings is None:
-        return lateral, vertical
-    return (
-        lateral if settings.lateral_m is None else settings.lateral_m,
-        vertical if settings.vertical_m is None else settings.vertical_m,
+def _sway_size(scenario: Scenario, facts: KinematicFacts) -> SwaySize:
+    """Return the standard deviations of the sway: those of the scenario, else those of the carrier's file."""
+    own, asked = facts.sway, scenario.flight.sway or Sway()
+    heading_deg = own.heading.value if asked.heading_deg is None else asked.heading_deg
+    return SwaySize(
+        own.along.value if asked.along_m is None else asked.along_m,
+        own.lateral.value if asked.lateral_m is None else asked.lateral_m,
+        own.vertical.value if asked.vertical_m is None else asked.vertical_m,
+        math.radians(heading_deg),
     )
 
 
@@ -194,40 +197,40 @@ def _motion(
     way: PathCurves,
     *,
     time_s: np.ndarray,
-    spreads_m: tuple[float, float],
+    size: SwaySize,
 ) -> tuple[Trajectory, np.ndarray]:
     """Return the trajectory of the center of gravity and the wind at its rows."""
     first, last = math.floor(time_s[0] - 1.0), math.ceil(time_s[-1] + 1.0)
     points_s = np.arange(round(first * MOTION_HZ), round(last * MOTION_HZ) + 1) / MOTION_HZ
-    sway_m = sway(points_s, spreads_m, facts.sway.band.value, scenario.seed)
+    ahead, right, down, nose = sway(points_s, size, facts.sway.band.value, scenario.seed).T
     along = way.along_m(points_s)
     course, height = way.course(along), way.height_m(along)
     sin, cos = np.sin(course), np.cos(course)
     plane = TangentPlane(planned.plane.lat_rad, planned.plane.lon_rad, planned.plane.alt_m)
-    lat, lon = plane.geodetic(way.north_m(along) - sway_m[:, 0] * sin, way.east_m(along) + sway_m[:, 0] * cos)
-    curve = CubicSpline(points_s, ecef_from_geodetic(lat, lon, height - sway_m[:, 1]))
-    turning = _turning(scenario, facts, planned, way, points_s=points_s, curve=curve)
+    north, east = way.north_m(along) + ahead * cos - right * sin, way.east_m(along) + ahead * sin + right * cos
+    lat, lon = plane.geodetic(north, east)
+    curve = CubicSpline(points_s, ecef_from_geodetic(lat, lon, height - down))
+    turning = _turning(scenario, facts, planned, way, points_s=points_s, curve=curve, nose=nose)
     lat, lon, alt = geodetic_from_ecef(curve(time_s))
     lon = np.unwrap(lon)
     velocity_n = rotate(rot_ne_at(lat, lon), curve(time_s, 1))
     attitude, rate_eb_b = turning.at(time_s, lat, lon)
     rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
     carrier = Trajectory(time_s, lat, lon, alt, velocity_n, attitude, rate_b, np.array(facts.cg_b))
-    turned = _north_of_plane(planned, lat, lon)
-    wind_n = np.einsum("nik,nk->ni", turned, _winds(scenario, planned, way.height_m(way.along_m(time_s))))
-    wind_n[:, 2] = 0.0  # horizontal at its place, not at the plane's origin
-    return carrier, wind_n
+    return carrier, _wind_along(scenario, planned, way, time_s, rot_ne_at(lat, lon))
 
 
-def _north_of_plane(planned: FlightPlan, lat: np.ndarray, lon: np.ndarray) -> np.ndarray:
-    """Return matrices from the plane's north and east to local axes, (n, 3, 2): the identity at its origin."""
+def _wind_along(
+    scenario: Scenario, planned: FlightPlan, way: PathCurves, time_s: np.ndarray, rot_ne: np.ndarray
+) -> np.ndarray:
+    """Return the wind at times, at places of known axes, north, east, down, (n, 3) [m/s]."""
+    heights = way.height_m(way.along_m(time_s)).tolist()
+    winds = np.array([wind_at(scenario.air, scenario.start, height, planned.ground_m) for height in heights])
+    # its components are those along the plane's north and east
     plane = rot_ne_at(planned.plane.lat_rad, planned.plane.lon_rad)
-    return np.einsum("nij,kj->nik", rot_ne_at(lat, lon), plane[:2])
-
-
-def _winds(scenario: Scenario, planned: FlightPlan, height_m: np.ndarray) -> np.ndarray:
-    """Return the wind in the plane at heights, (n, 2) [m/s]."""
-    return np.array([wind_at(scenario.air, scenario.start, height, planned.ground_m) for height in height_m.tolist()])
+    wind_n = np.einsum("nik,nk->ni", np.einsum("nij,kj->nik", rot_ne, plane[:2]), winds)
+    wind_n[:, 2] = 0.0  # horizontal at its place, not at the plane's origin
+    return wind_n
 
 
 def _turning(
@@ -238,22 +241,17 @@ def _turning(
     *,
     points_s: np.ndarray,
     curve: CubicSpline,
+    nose: np.ndarray,
 ) -> AttitudeCurve:
-    """Return the attitude along a curve of places through points in time."""
+    """Return the attitude along a curve of places through points in time; the nose is off the air by an angle [rad]."""
     lat, lon, alt = geodetic_from_ecef(curve(points_s))
     lon = np.unwrap(lon)
-    along = way.along_m(points_s)
-    winds = _winds(scenario, planned, way.height_m(along))
+    rot_ne = rot_ne_at(lat, lon)
+    air_n = rotate(rot_ne, curve(points_s, 1)) - _wind_along(scenario, planned, way, points_s, rot_ne)
+    heading = np.unwrap(np.arctan2(air_n[:, 1], air_n[:, 0])) + nose
+    acceleration_n = rotate(rot_ne, curve(points_s, 2))
     speed = scenario.start.speed_mps
-    heading = np.array(
-        [crab_heading(speed, c, tuple(w)) for c, w in zip(way.course(along).tolist(), winds.tolist(), strict=True)]
-    )
-    turned = _north_of_plane(planned, lat, lon)
-    forward_n = np.einsum("nik,nk->ni", turned, np.column_stack([np.cos(heading), np.sin(heading)]))
-    forward_n[:, 2] = 0.0
-    forward_n /= np.sqrt(np.einsum("ni,ni->n", forward_n, forward_n))[:, None]
-    acceleration_n = rotate(rot_ne_at(lat, lon), curve(points_s, 2))
-    attitude = _attitude(facts, speed, alt, acceleration_n, gravity_n(lat, alt)[:, 2], forward_n=forward_n)
+    attitude = _attitude(facts, speed, alt, acceleration_n, gravity_n(lat, alt)[:, 2], heading=heading)
     return AttitudeCurve(points_s, lat, lon, attitude)
 
 
@@ -264,14 +262,14 @@ def _attitude(
     acceleration_n: np.ndarray,
     gravity: np.ndarray,
     *,
-    forward_n: np.ndarray,
+    heading: np.ndarray,
 ) -> np.ndarray:
     """Return the attitude of a rotor that balances weight, drag and acceleration, (n, 3) [rad]."""
     drag = 0.5 * standard_density(alt_m) * speed_mps**2 * facts.drag_area.value / facts.mass.value
-    ahead = np.einsum("ni,ni->n", acceleration_n, forward_n) + drag
-    aside = acceleration_n[:, 1] * forward_n[:, 0] - acceleration_n[:, 0] * forward_n[:, 1]
+    cos, sin = np.cos(heading), np.sin(heading)
+    ahead = acceleration_n[:, 0] * cos + acceleration_n[:, 1] * sin + drag
+    aside = acceleration_n[:, 1] * cos - acceleration_n[:, 0] * sin
     lifted = gravity - acceleration_n[:, 2]
     pitch = -np.arctan2(ahead, lifted)
     roll = np.arctan2(aside, np.hypot(ahead, lifted))
-    heading = np.unwrap(np.arctan2(forward_n[:, 1], forward_n[:, 0]))
     return np.column_stack([roll, pitch, heading])

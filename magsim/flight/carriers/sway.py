@@ -1,6 +1,12 @@
-"""Sway: departures of a human pilot from the path."""
+"""Sway: how air and hands move a carrier about its path and turn its nose.
+
+In accelerations the sway is even noise between two frequencies, and so is the bank that follows from it: below the lower
+one the pilot returns to the line, above the upper one he holds the attitude. That is the form of the roll spectrum of a
+helicopter whose lateral dynamics are published, in gusts and under a pilot (``docs/tow.md``).
+"""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy import signal
@@ -12,31 +18,47 @@ SWAY_HZ = 10.0
 """Sway is drawn on a grid of its own."""
 
 
-def sway(time_s: np.ndarray, spreads_m: tuple[float, float], band_hz: tuple[float, float], seed: int) -> np.ndarray:
-    """Draw departures from the path, right and down, (n, 2) [m]: white noise, band-passed forward and backward.
+class SwaySize(NamedTuple):
+    """Standard deviations: of the place along the path, to the right and downward [m], and of the heading [rad].
+
+    The heading counts from that of a flight without sideslip.
+    """
+
+    along_m: float
+    lateral_m: float
+    vertical_m: float
+    heading_rad: float
+
+
+def sway(time_s: np.ndarray, size: SwaySize, band_hz: tuple[float, float], seed: int) -> np.ndarray:
+    """Draw departures from the path along, right and down [m] and in heading [rad], (n, 4).
+
+    White noise through low passes: for places of second order at the lower edge of the band, so that accelerations are
+    even within it, for the heading of first order, as the heading of a coordinated turn follows its bank; for both of
+    eighth order at the upper edge. The orders are those of the power's roots.
 
     Parameters
     ----------
     time_s : (n,) [s]
-    spreads_m : (float, float)
-        Standard deviations.
+    size : SwaySize
     band_hz : (low, high)
-        Of a Butterworth band-pass of second order.
     seed : int
     """
-    sos = signal.butter(2, band_hz, "bandpass", fs=SWAY_HZ, output="sos")
-    # the run-in of the filter: some periods of the lower edge
+    line, attitude = (signal.butter(n, edge, fs=SWAY_HZ, output="sos") for n, edge in zip((1, 2), band_hz, strict=True))
+    # the run-in of the filters: some periods of the lower edge
     lead = math.ceil(5.0 / band_hz[0] * SWAY_HZ)
     first, last = math.floor(time_s[0] * SWAY_HZ) - lead, math.ceil(time_s[-1] * SWAY_HZ) + lead
     knots = np.arange(first, last + 1) / SWAY_HZ
-    _, gain = signal.sosfreqz(sos, worN=1 << 15, fs=SWAY_HZ)
-    power = float(np.mean(np.abs(gain) ** 4))
-    out = np.empty((len(time_s), 2))
-    for k, name in enumerate(("lateral", "vertical")):
+    slow, fast = (np.abs(signal.sosfreqz(sos, worN=1 << 15, fs=SWAY_HZ)[1]) for sos in (line, attitude))
+    out = np.empty((len(time_s), 4))
+    for k, name in enumerate(("along", "lateral", "vertical", "heading")):
         # times before 0 have their own random numbers, so that a longer run-in gives the same flight
         before, after = (stream(seed, f"carrier/sway/{name}/{side}") for side in ("before", "after"))
         noise = np.concatenate([before.standard_normal(max(0, -first))[::-1], after.standard_normal(max(0, last + 1))])
-        moved = signal.sosfiltfilt(sos, noise, padtype=None) * (spreads_m[k] / math.sqrt(power))
+        steady = signal.sosfiltfilt(attitude, noise, padtype=None)
+        turns = name == "heading"
+        moved = signal.sosfilt(line, steady) if turns else signal.sosfiltfilt(line, steady, padtype=None)
+        power = float(np.mean((slow if turns else slow**2) ** 2 * fast**4))
         # of fifth degree: the bank follows its second derivative, and the hook the second derivative of that
-        out[:, k] = make_interp_spline(knots, moved, k=5)(time_s)
+        out[:, k] = make_interp_spline(knots, moved * (size[k] / math.sqrt(power)), k=5)(time_s)
     return out

@@ -59,6 +59,6 @@ def test_a_bird_swings_the_same_however_densely_its_carrier_is_logged(
     for other in others:
         assert np.abs(places(other.bird.at(time)) - places(first.bird.at(time))).max() < 0.03
         assert np.degrees(np.abs(other.bird.at(time).attitude - first.bird.at(time).attitude)).max() < 0.1
-    # Roll over the sway of 0.5 m below 0.25 Hz: some times (2 pi 0.25)^2 0.5 / g, and its second derivative on 1.1 m.
+    # 1.4 degrees of roll, even up to 0.4 Hz and gone beyond: some times (2 pi 0.3)^2, on 1.1 m.
     rolling = np.diff(first.carrier.rate_b[:, 0]) * first.carrier.rate_hz
-    assert 1.1 * np.std(rolling) < 1.5
+    assert 1.1 * np.std(rolling) < 0.2
