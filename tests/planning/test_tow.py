@@ -207,8 +207,8 @@ LIGHT = ("--set", "tow.body={mass_kg=20.0, drag_area_m2=2.0}")
             ("--set", "start.alt_m=350.0"),
             3,
             (
-                r"the bird touched the ground at t = -4\.0 s, 3[12]\d m above the ellipsoid; allowed: a flight above the "
-                r"ground, the rope's length included\n"
+                r"the bird touched the ground at t = -4\.0 s, 3[12]\d m above the ellipsoid; allowed: a flight above "
+                r"the ground, the rope's length included\n"
             ),
         ),
         (

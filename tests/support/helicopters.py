@@ -25,9 +25,7 @@ PLACES = {
 """Latitude, longitude, first course."""
 
 
-def scenario_of(
-    helicopter: Aircraft, bird: Bird, pattern: dict, place: str = "middle", **tables: object
-) -> Scenario:
+def scenario_of(helicopter: Aircraft, bird: Bird, pattern: dict, place: str = "middle", **tables: object) -> Scenario:
     """Make a scenario of a pattern and a place, without sway; other tables by keyword."""
     lat, lon, course = PLACES[place]
     start = {"lat_deg": lat, "lon_deg": lon, "heading_deg": course, "alt_m": HEIGHT_M, "speed_mps": SPEED_MPS}

@@ -1,10 +1,10 @@
 """Spectra of a helicopter's roll and heading on a line, from published derivatives: what sway is measured by.
 
-A CH-53D at 60 kn (NASA CR-3144, Heffley et al. 1979: derivatives of inertia-normalized forces and moments, SI, controls in
-inches) in the side and roll gusts of MIL-F-8785C, under a pilot by the crossover model (McRuer and Krendel, AGARDograph
-188, 1974): cyclic closes the roll attitude, the bank closes the distance to the line, pedals coordinate the turns. Loop
-frequencies, delay and what hands add by themselves are estimates. No spectrum of a helicopter on a survey line was found
-to read; lighter ones than this of 16 t answer gusts more.
+A CH-53D of 15.9 t at 60 kn (NASA CR-3144, Heffley et al. 1979; its table was read in a public flight model that copies
+it: normalized by mass and inertia, SI, controls in inches) in the side and roll gusts of MIL-F-8785C, under a pilot by
+the crossover model (McRuer and Krendel, AGARDograph 188, 1974): cyclic closes the roll attitude, the bank closes the
+distance to the line, pedals coordinate the turns. Loop frequencies, delay and what hands add by themselves are
+estimates. No spectrum of a helicopter on a survey line was found to read.
 """
 
 import itertools
@@ -101,7 +101,8 @@ def _inputs(gust_mps: float, pilot: Pilot, omega: np.ndarray) -> np.ndarray:
     """Return one-sided power densities of side gust, roll gust, hands and feet, (4, n)."""
     reduced = GUST_LENGTH_M * omega / SPEED_MPS
     side = 2.0 * gust_mps**2 * GUST_LENGTH_M / SPEED_MPS * (1.0 + 3.0 * reduced**2) / (1.0 + reduced**2) ** 2
-    roll = 1.6 * np.pi * gust_mps**2 / (SPEED_MPS * GUST_LENGTH_M) * (np.pi * GUST_LENGTH_M / (4.0 * ROTOR_M)) ** (1 / 3)
-    roll = roll / (1.0 + (4.0 * ROTOR_M * omega / (np.pi * SPEED_MPS)) ** 2)
+    wide = 4.0 * ROTOR_M / np.pi
+    roll = 1.6 * np.pi * gust_mps**2 / (SPEED_MPS * GUST_LENGTH_M) * np.cbrt(GUST_LENGTH_M / wide)
+    roll = roll / (1.0 + (wide * omega / SPEED_MPS) ** 2)
     shape = 1.0 / (1.0 + (FREQUENCIES_HZ / 0.5) ** 2)
     return np.array([side, roll, pilot.cyclic_noise**2 * shape, pilot.pedal_noise**2 * shape])

@@ -1,9 +1,9 @@
 """Flying a carrier without a flight model: along its path at its airspeed, with the sway of air and hands.
 
-The path is that of its pattern; speed over ground follows from airspeed and steady wind. Sway is noise about the path in
-all three directions. The attitude is that of a coordinated flight along the curve that is flown, sway included: the nose
-points where the air comes from, but for a part of its own (gusts and pedals); bank follows from the acceleration to the
-right, pitch from drag and the acceleration forward.
+The path is that of its pattern; speed over ground follows from airspeed and steady wind. Sway is noise about the path
+in all three directions. The attitude is that of a coordinated flight along the curve that is flown, sway included: the
+nose points where the air comes from, but for a part of its own (gusts and pedals); bank follows from the acceleration
+to the right, pitch from drag and the acceleration forward.
 """
 
 import math

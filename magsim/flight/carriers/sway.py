@@ -1,8 +1,8 @@
 """Sway: how air and hands move a carrier about its path and turn its nose.
 
-In accelerations the sway is even noise between two frequencies, and so is the bank that follows from it: below the lower
-one the pilot returns to the line, above the upper one he holds the attitude. That is the form of the roll spectrum of a
-helicopter whose lateral dynamics are published, in gusts and under a pilot (``docs/tow.md``).
+In accelerations the sway is even noise between two frequencies, and so is the bank that follows from it: below the
+lower one the pilot returns to the line, above the upper one he holds the attitude. That is the form of the roll
+spectrum of a helicopter whose lateral dynamics are published, in gusts and under a pilot (``docs/tow.md``).
 """
 
 import math
@@ -33,9 +33,9 @@ class SwaySize(NamedTuple):
 def sway(time_s: np.ndarray, size: SwaySize, band_hz: tuple[float, float], seed: int) -> np.ndarray:
     """Draw departures from the path along, right and down [m] and in heading [rad], (n, 4).
 
-    White noise through low passes: for places of second order at the lower edge of the band, so that accelerations are
-    even within it, for the heading of first order, as the heading of a coordinated turn follows its bank; for both of
-    eighth order at the upper edge. The orders are those of the power's roots.
+    White noise through low passes. At the lower edge of the band the power of a place falls with the fourth power of
+    the frequency, so that accelerations are even within the band, and that of the heading with the second, as in a
+    coordinated turn; at the upper edge both fall with the eighth power more.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ ROW_HZ, WINDOW = 10.0, 512
 """Rate of the rows, and how many one spectrum takes."""
 
 ROLL_RMS_DEG = (1.0, 2.0)
-"""What a helicopter on a survey line holds; the reference has 1.2 to 1.6 with hands at the controls."""
+"""The rule of thumb for a survey line; the reference has 1.2 to 1.6 degrees with hands that add noise."""
 
 
 class Attitude(NamedTuple):

@@ -54,8 +54,8 @@ def test_the_roll_spectrum_is_that_of_published_derivatives(gust_mps: float, pil
 
     def shares(power: np.ndarray) -> np.ndarray:
         parts = [
-            np.trapezoid(np.where((FREQUENCIES_HZ >= low) & (FREQUENCIES_HZ < high), power, 0.0), FREQUENCIES_HZ)
-            for low, high in zip(edges, edges[1:], strict=False)
+            np.trapezoid(np.where(np.digitize(FREQUENCIES_HZ, edges) == k, power, 0.0), FREQUENCIES_HZ)
+            for k in range(1, len(edges))
         ]
         return np.array(parts) / sum(parts)
 
@@ -63,7 +63,7 @@ def test_the_roll_spectrum_is_that_of_published_derivatives(gust_mps: float, pil
 
 
 def test_a_line_is_held_as_crews_hold_it() -> None:
-    """Roll, its rate and how the heading goes with it, over two lines of 5 minutes, beside the published derivatives."""
+    """Roll, its rate and how the heading goes with it, over two lines of 5 minutes, beside published derivatives."""
     lines = [flown(seed, 8000.0) for seed in (11, 12)]
     roll = math.sqrt(np.mean([np.var(line.roll) for line in lines]))
     assert ROLL_RMS_DEG[0] < roll < ROLL_RMS_DEG[1]
@@ -81,7 +81,7 @@ def test_a_line_is_held_as_crews_hold_it() -> None:
 
 @pytest.mark.parametrize("air", [{}, WIND])
 def test_the_nose_follows_the_bank(helicopter_scenario: ScenarioOf, helicopter: Aircraft, air: dict) -> None:
-    """Without sideslip the turn rate is g tan(roll) / V; gusts and pedals turn the nose by their own angle beside it."""
+    """Without sideslip the turn rate is g tan(roll) / V; gusts and pedals turn the nose by an angle beside it."""
     rates, sway_off = [], {"vertical_m": 0.0, "along_m": 0.0}
     for nose in (0.0, 1.0):
         settings = {"sway": sway_off | {"heading_deg": nose}}
