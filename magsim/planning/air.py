@@ -36,6 +36,7 @@ def check_still(air: Air, name: str) -> Iterator[tuple[str, str]]:
     """Yield the kinds of moving air that a kinematic carrier cannot have: only steady wind moves it."""
     moving = {
         "turbulence_severity": air.turbulence_severity != 0,
+        "turbulence_mps": air.turbulence_mps != 0.0,
         "gusts": bool(air.gusts),
         "random_gusts": air.random_gusts is not None,
     }

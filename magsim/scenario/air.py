@@ -75,13 +75,26 @@ class Air(Strict):
     shear: Shear | None = Field(default=None, description="how the wind changes with height")
     gusts: tuple[Gust, ...] = Field(default=(), strict=False, description="single gusts, which may overlap")
     random_gusts: RandomGusts | None = None
-    turbulence_severity: int = Field(default=0, ge=0, le=7, description="MIL-F-8785C severity")
-    turbulence_model: Literal["tustin", "milspec"] = Field(
-        default="tustin", description="JSBSim's Dryden filters, made discrete by Tustin's rule or by simple differences"
+    turbulence_severity: int = Field(
+        default=0,
+        ge=0,
+        le=7,
+        description="strength by MIL-F-8785C: 3 light, 4 moderate, 6 severe, by height above ground; 0 none",
     )
-    turbulence_wind_mps: NonNegative | None = Field(
-        default=None, description="wind at 6 m above ground, which turbulence below 600 m depends on; by severity"
+    turbulence_mps: NonNegative = Field(
+        default=0.0,
+        le=15.0,
+        description="strength without a severity: standard deviation of the vertical gusts, at every height; 0 none",
     )
+
+    @field_validator("turbulence_mps")
+    @classmethod
+    def _one_strength(cls, value: float, info: ValidationInfo) -> float:
+        severity = info.data.get("turbulence_severity")
+        if value and severity:
+            msg = f"{value:g} m/s and turbulence_severity = {severity} are two strengths; allowed: one, the other 0"
+            raise ValueError(msg)
+        return value
 
     @property
     def wind_mps(self) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """The air as JSBSim system XML: wind that changes with height, and gusts, both at the step rate.
 
-The steady wind and the turbulence are JSBSim's own. Gusts are passed to generators, each of which produces one gust
-at a time; there are as many generators as gusts overlap. Times are on JSBSim's
+The steady wind is JSBSim's own. Gusts are passed to generators, each of which produces one gust at a time; there are as
+many generators as gusts overlap. Turbulence comes from outside at every step, see ``turbulence``. Times are on JSBSim's
 clock, speeds in feet a second (JSBSim's units).
 """
 
@@ -9,6 +9,7 @@ import math
 
 from magsim.flight.model.weather import (
     GUST_INPUTS,
+    TURBULENCE_INPUTS,
     Weather,
     gust_property,
 )
@@ -40,34 +41,29 @@ def weather_xml(weather: Weather, wind_mps: tuple[float, float], grid: float = 0
         for slot in range(len(weather.slots))
         for name in GUST_INPUTS
     )
+    if weather.turbulence:
+        declared += "".join(f' <property value="0.0">{name}</property>\n' for name in TURBULENCE_INPUTS)
     place = "air/grid" if grid else "atmosphere"
-    functions = _shear(weather, wind_mps, place) + _gusts(len(weather.slots), place)
+    functions = _shear(weather, wind_mps, place) + _gusts(weather, place)
     if grid:
         functions += _turned_to_local(weather, wind_mps, grid, grid_lon_rad)
     channel = f' <channel name="air">\n{functions} </channel>\n' if functions else ""
     return f'<?xml version="1.0"?>\n<system name="air">\n{declared}{channel}</system>\n'
 
 
-POINTER_FPS = 1.0e-9
-"""A wind too weak to have an effect, by whose direction JSBSim turns its turbulence."""
-
-
 def _turned_to_local(weather: Weather, wind_mps: tuple[float, float], grid: float, grid_lon_rad: float) -> str:
-    """Write wind and gusts of the grid as JSBSim's gusts, which turn no turbulence, along the next step's local axes.
-
-    JSBSim turns its turbulence counter to the wind, one step late: its wind becomes a pointer, two steps ahead.
-    """
-    steady = weather.shear is None
+    """Write wind and gusts of the grid as JSBSim's gusts, along the next step's local axes."""
+    steady, gusts = weather.shear is None, bool(weather.slots or weather.turbulence)
     total = {}
     for axis, wind in zip(("north", "east"), wind_mps, strict=True):
         parts = _value(wind / FT) if steady else f"<property>air/grid/wind-{axis}-fps</property>"
-        if weather.slots:
+        if gusts:
             parts += f"<property>air/grid/gust-{axis}-fps</property>"
         total[axis] = f"<sum>{_value(0.0)}{parts}</sum>"
     text = "".join(_function(f"air/grid/total-{axis}-fps", law) for axis, law in total.items())
-    if weather.slots:
+    if gusts:
         text += _function("atmosphere/gust-down-fps", "<sum><property>air/grid/gust-down-fps</property></sum>")
-    text += _azimuth("air/grid/azimuth-rad", 1, grid, grid_lon_rad)
+    text += _azimuth("air/grid/azimuth-rad", grid, grid_lon_rad)
     north, east = (f"<property>air/grid/total-{axis}-fps</property>" for axis in ("north", "east"))
     sin, cos = (f"<{name}><property>air/grid/azimuth-rad</property></{name}>" for name in ("sin", "cos"))
     text += _function(
@@ -77,19 +73,14 @@ def _turned_to_local(weather: Weather, wind_mps: tuple[float, float], grid: floa
     text += _function(
         "atmosphere/gust-east-fps", f"<sum><product>{north}{sin}</product><product>{east}{cos}</product></sum>"
     )
-    if weather.severity:
-        text += _azimuth("air/grid/pointer-rad", 2, grid, grid_lon_rad)
-        for axis, name, sign in (("north", "cos", 1.0), ("east", "sin", -1.0)):
-            part = f"<{name}><property>air/grid/pointer-rad</property></{name}>"
-            text += _function(f"atmosphere/wind-{axis}-fps", f"<product>{_value(sign * POINTER_FPS)}{part}</product>")
     return text
 
 
-def _azimuth(output: str, steps: int, grid: float, grid_lon_rad: float) -> str:
-    """Write the local azimuth of grid north some steps ahead, at the longitude that the motion over ground leads to."""
+def _azimuth(output: str, grid: float, grid_lon_rad: float) -> str:
+    """Write the local azimuth of grid north a step ahead, at the longitude that the motion over ground leads to."""
     lon, lat = "<property>position/long-gc-rad</property>", "<property>position/lat-geod-rad</property>"
     v_north, v_east = (f"<property>velocities/v-{axis}-fps</property>" for axis in ("north", "east"))
-    time = f"<product>{_value(float(steps))}<property>simulation/dt</property></product>"
+    time = "<property>simulation/dt</property>"
     # Along the meridian, away from the axis, and across it, in the plane of the equator.
     out = (
         f"<difference><property>{output}/axis-ft</property>"
@@ -135,8 +126,12 @@ def _shear(weather: Weather, wind_mps: tuple[float, float], place: str) -> str:
     return "".join(_function(f"{place}/wind-{axis}-fps", law) for axis, law in laws.items())
 
 
-def _gusts(slots: int, place: str) -> str:
-    """Write each generator's share of its gust and the sum below ``place``: in ``atmosphere`` it is JSBSim's gust."""
+def _gusts(weather: Weather, place: str) -> str:
+    """Write each generator's share of its gust, and below ``place`` their sum and the turbulence.
+
+    In ``atmosphere`` the sum is JSBSim's gust.
+    """
+    slots = len(weather.slots)
     text, now = "", "<sum><property>simulation/sim-time-sec</property><property>simulation/dt</property></sum>"
     for slot in range(slots):
         start, duration = (f"<property>{gust_property(slot, name)}</property>" for name in ("start-s", "duration-s"))
@@ -145,10 +140,12 @@ def _gusts(slots: int, place: str) -> str:
         angle = f"<product>{_value(2.0 * math.pi)}<property>air/gust-{slot}/phase</property></product>"
         rise = f"<product>{_value(0.5)}<difference>{_value(1.0)}<cos>{angle}</cos></difference></product>"
         text += _function(f"air/gust-{slot}/share", rise)
-    for axis in ("north", "east", "down") if slots else ():
+    for axis in ("north", "east", "down") if slots or weather.turbulence else ():
         parts = "".join(
             f"<product><property>air/gust-{slot}/share</property><property>air/gust-{slot}/{axis}-fps</property></product>"
             for slot in range(slots)
         )
+        if weather.turbulence:
+            parts += f"<property>air/turbulence/{axis}-fps</property>"
         text += _function(f"{place}/gust-{axis}-fps", f"<sum>{_value(0.0)}{parts}</sum>")
     return text

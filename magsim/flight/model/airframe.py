@@ -20,6 +20,9 @@ from magsim.flight.model.engines import ENGINE, THRUSTER, engine_files
 from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
 
 SYSTEM, AIR = "survey_autopilot", "air"
+AERO_RATE = "velocities/{}-aero-rad_sec"
+"""JSBSim's rates of rotation that the aerodynamics read: p, q or r."""
+
 STILL_AIR = '<?xml version="1.0"?>\n<system name="air"/>\n'
 """The system of shear and gusts without either."""
 
@@ -54,12 +57,13 @@ def model_files(
     *,
     twin: bool = False,
     air_xml: str = STILL_AIR,
+    turbulent: bool = False,
     hook_b: Sequence[float] | None = None,
 ) -> dict[str, str]:
     """Return the text of a model's files by their paths below a folder; with direct thrust for its twin."""
     engine = {f"engine/{file}.xml": text for file, text in engine_files(facts, twin=twin).items()}
     return {
-        f"aircraft/{name}/{name}.xml": airframe_xml(facts, name, hook_b),
+        f"aircraft/{name}/{name}.xml": airframe_xml(facts, name, hook_b, turbulent=turbulent),
         **engine,
         f"systems/{SYSTEM}.xml": system_xml(facts),
         f"systems/{AIR}.xml": air_xml,
@@ -73,16 +77,20 @@ def write_model(
     *,
     twin: bool = False,
     air_xml: str = STILL_AIR,
+    turbulent: bool = False,
     hook_b: Sequence[float] | None = None,
 ) -> None:
     """Write ``aircraft/<name>/<name>.xml``, engine and systems below a folder, as JSBSim looks for them."""
-    for path, text in model_files(facts, name, twin=twin, air_xml=air_xml, hook_b=hook_b).items():
+    files = model_files(facts, name, twin=twin, air_xml=air_xml, turbulent=turbulent, hook_b=hook_b)
+    for path, text in files.items():
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
 
 
-def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None) -> str:
+def airframe_xml(
+    facts: Facts, name: str, hook_b: Sequence[float] | None = None, *, turbulent: bool = False
+) -> str:
     """Write the airframe: metrics, mass, wheels, engine, aerodynamics, and a rope that pulls on a hook.
 
     Aerodynamic moments refer to a point of the airframe, independent of the center of gravity. The product of inertia
@@ -127,7 +135,7 @@ def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None)
 {"".join(_tank_xml(place, fuel, capacity, facts) for place, fuel, capacity in tanks(facts))} </propulsion>
  <system file="{SYSTEM}"/>
  <system file="{AIR}"/>
-{_aerodynamics_xml(facts)}{"" if hook_b is None else _rope_xml(hook_b, facts)}</fdm_config>
+{_aerodynamics_xml(facts, turbulent=turbulent)}{"" if hook_b is None else _rope_xml(hook_b, facts)}</fdm_config>
 """
 
 
@@ -172,12 +180,15 @@ def _wheel_xml(index: int, position_b: Sequence[float], facts: Facts) -> str:
 """
 
 
-def _aerodynamics_xml(facts: Facts) -> str:
-    """Write forces and moments, one function an axis: a sum of terms times dynamic pressure and reference sizes."""
+def _aerodynamics_xml(facts: Facts, *, turbulent: bool) -> str:
+    """Write forces and moments, one function an axis: a sum of terms times dynamic pressure and reference sizes.
+
+    In turbulent air the rates of rotation are those relative to the air, which turns itself.
+    """
     d = derivatives(facts)
     alpha, beta = "aero/alpha-rad", "aero/beta-rad"
     elevator, aileron, rudder = "fcs/elevator-pos-rad", "fcs/left-aileron-pos-rad", "fcs/rudder-pos-rad"
-    p, q, r = "velocities/p-aero-rad_sec", "velocities/q-aero-rad_sec", "velocities/r-aero-rad_sec"
+    p, q, r = (f"aero/relative/{axis}-rad_sec" if turbulent else AERO_RATE.format(axis) for axis in "pqr")
     alphadot = "aero/alphadot-rad_sec"
     chord, span = "metrics/cbarw-ft", "metrics/bw-ft"
     per_chord, per_span = "aero/ci2vel", "aero/bi2vel"
@@ -186,7 +197,7 @@ def _aerodynamics_xml(facts: Facts) -> str:
      <table><independentVar lookup="row">{alpha}</independentVar><tableData>
 {curve}     </tableData></table>
    </function>
-"""
+{"".join(map(_relative_rate, "pqr")) if turbulent else ""}"""
     wing = "aero/coefficient/cl-alpha"
     flap_drag, flap_pitch = "", ""
     if facts.controls.flap:
@@ -239,6 +250,13 @@ def _aerodynamics_xml(facts: Facts) -> str:
         + _axis("YAW", span, yaw_terms)
         + " </aerodynamics>\n"
     )
+
+
+def _relative_rate(axis: str) -> str:
+    """Write a rate of rotation relative to air that turns."""
+    names = AERO_RATE.format(axis), f"air/turbulence/{axis}-rad_sec"
+    parts = "".join(f"<property>{name}</property>" for name in names)
+    return f'   <function name="aero/relative/{axis}-rad_sec"><difference>{parts}</difference></function>\n'
 
 
 def _flaps_xml(facts: Facts, wing: str) -> str:

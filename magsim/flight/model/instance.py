@@ -28,18 +28,20 @@ def load(
     *,
     twin: bool = False,
     air_xml: str = STILL_AIR,
+    turbulent: bool = False,
     hook_b: tuple[float, float, float] | None = None,
 ) -> jsbsim.FGFDMExec:
     """Load a fresh instance of an aircraft's flight model, or of its twin with direct thrust for the trim.
 
     Its step rate is set before its filters are built.
 
-    ``air_xml`` is the system of shear and gusts; without it there are none. ``hook_b`` is where a rope pulls.
+    ``air_xml`` is the system of shear and gusts; without it there are none. ``turbulent`` says that its air also turns.
+    ``hook_b`` is where a rope pulls.
     """
     silence()
     with tempfile.TemporaryDirectory(prefix="magsim-") as name:
         folder = Path(name).resolve()
-        write_model(facts, folder, "aircraft", twin=twin, air_xml=air_xml, hook_b=hook_b)
+        write_model(facts, folder, "aircraft", twin=twin, air_xml=air_xml, turbulent=turbulent, hook_b=hook_b)
         return load_from(folder, "aircraft", 1.0 / step_hz, integrators_for(facts, step_hz))
 
 

@@ -17,6 +17,7 @@ from magsim.flight.model.autopilot import INPUTS, SineGenerator
 from magsim.flight.model.channels import CHANNELS, COLUMN, MOTION_COLUMNS, STATE_COLUMNS, WITHOUT, CarrierState
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
+from magsim.flight.model.turbulence import TurbulenceFeed
 from magsim.units import FT, LB, LBF
 
 
@@ -63,6 +64,8 @@ class Plant:
         self._floor_ft = setup.ground_m / FT
         self._clock_s = self._fdm["simulation/sim-time-sec"]
         self.row: list[float] = [read() for read in self._readers]
+        strength = setup.weather.turbulence
+        self._turbulence = None if strength is None else TurbulenceFeed(self._fdm, facts, setup, strength)
         self._coupled = coupled
         if coupled is not None:
             self._pulls = [_node(manager, f"external_reactions/{name}/magnitude").set_double_value for name, _ in PULLS]
@@ -87,19 +90,31 @@ class Plant:
             If the flight has diverged, touched the ground or left the flight model's envelope.
         """
         run = self._run
-        if self._coupled is None:
+        if self._coupled is None and self._turbulence is None:
             for _ in range(steps):
                 run()
         else:
             for _ in range(steps):
-                run()
-                self._pull(self._coupled.step(self._state()))
+                self._step()
         self._steps += steps
         self.row = row = [read() for read in self._readers]
         trouble = self._outside(row, self._floor_ft)
         if trouble:
             raise FlightTroubleError(trouble, row, self.time_s)
         return row
+
+    def _step(self) -> None:
+        """Fly a step through turbulence, or with a load on the hook."""
+        if self._turbulence is not None:
+            self._turbulence.step()
+        self._run()
+        if self._coupled is not None:
+            self._pull(self._coupled.step(self._state()))
+
+    def delay_turbulence(self, time_s: float) -> None:
+        """Let the turbulence come later by a time than it would after the plant's start, as soon as it can."""
+        if self._turbulence is not None:
+            self._turbulence.late(time_s)
 
     def _state(self) -> CarrierState:
         """Return the state that a towed body needs."""

@@ -30,7 +30,8 @@ def start(facts: Facts, setup: PlantSetup) -> jsbsim.FGFDMExec:
     north, east = wind = begun.local_wind_mps
     heading = crab_heading(setup.speed_mps, begun.course, wind)
     air_xml = weather_xml(setup.weather, setup.wind_mps, setup.grid, setup.grid_lon)
-    fdm = load(facts, setup.step_hz, air_xml=air_xml, hook_b=setup.hook_b)
+    turbulent = setup.weather.turbulence is not None
+    fdm = load(facts, setup.step_hz, air_xml=air_xml, turbulent=turbulent, hook_b=setup.hook_b)
     set_initial_place(fdm, begun)
     fdm["ic/phi-rad"] = trimmed.roll
     fdm["ic/theta-rad"] = trimmed.pitch
@@ -39,7 +40,6 @@ def start(facts: Facts, setup: PlantSetup) -> jsbsim.FGFDMExec:
     fdm["ic/ve-fps"] = (setup.speed_mps * math.sin(heading) + east) / FT
     fdm["ic/vd-fps"] = 0.0
     fdm["propulsion/fuel_freeze"] = 1.0
-    fdm["simulation/randomseed"] = setup.weather.seed
     fdm.run_ic()
     set_flaps(fdm, facts, setup.flap_rad)
     for name, value in trimmed.commands.items():
@@ -57,8 +57,6 @@ def start(facts: Facts, setup: PlantSetup) -> jsbsim.FGFDMExec:
     if not setup.grid:
         fdm["atmosphere/wind-north-fps"] = north / FT
         fdm["atmosphere/wind-east-fps"] = east / FT
-    for name, value in setup.weather.turbulence_properties().items():
-        fdm[name] = value
     for _ in range(round(settling_s * setup.step_hz)):
         fdm.run()
     fdm["propulsion/fuel_freeze"] = 0.0 if setup.burn else 1.0

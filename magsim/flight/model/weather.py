@@ -4,17 +4,9 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from magsim.flight.model.dryden import Strength
 from magsim.scenario import Air, Gust, LinearShear, LogShear
-from magsim.streams import integer_seed, stream
-from magsim.units import FT
-
-TUSTIN, MILSPEC = 4, 3
-"""JSBSim's numbers of its two Dryden models."""
-
-
-SEVERITY_WIND_MPS = {0: 0.0, 1: 7.7, 2: 7.7, 3: 7.7, 4: 15.4, 5: 15.4, 6: 23.2, 7: 23.2}
-"""Wind at 20 ft of light, moderate and severe turbulence: 15, 30, 45 kt (MIL-F-8785C, 3.7.2)."""
-
+from magsim.streams import stream
 
 @dataclass(frozen=True)
 class Weather:
@@ -27,23 +19,17 @@ class Weather:
         Where the steady wind holds: height above the ellipsoid of a linear shear, above ground of a logarithmic one.
     gusts : tuple of Gust
         Times count from the first row.
-    severity : int
-        Of the turbulence, 0 to 7.
-    model : str
-        ``tustin`` or ``milspec``.
+    turbulence : Strength, optional
+        How strong continuous gusts are; without it there are none.
     seed : int
-        Of the turbulence.
-    wind_20ft_mps : float, optional
-        Wind that sets the turbulence near the ground; None takes it from the severity.
+        The scenario's, of these gusts.
     """
 
     shear: LinearShear | LogShear | None = None
     reference_m: float = 0.0
     gusts: tuple[Gust, ...] = ()
-    severity: int = 0
-    model: str = "tustin"
+    turbulence: Strength | None = None
     seed: int = 1
-    wind_20ft_mps: float | None = None
 
     @cached_property
     def slots(self) -> tuple[tuple[Gust, ...], ...]:
@@ -63,23 +49,17 @@ class Weather:
         """Properties that Python writes during the flight."""
         return tuple(gust_property(slot, name) for slot in range(len(self.slots)) for name in GUST_INPUTS)
 
-    def turbulence_properties(self) -> dict[str, float]:
-        """Return the settings of JSBSim's turbulence, in the order in which they must be written."""
-        if not self.severity:
-            return {}
-        wind = SEVERITY_WIND_MPS[self.severity] if self.wind_20ft_mps is None else self.wind_20ft_mps
-        return {
-            "atmosphere/randomseed": self.seed,
-            "atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps": wind / FT,
-            "atmosphere/turbulence/milspec/severity": self.severity,
-            "atmosphere/turb-type": {"tustin": TUSTIN, "milspec": MILSPEC}[self.model],
-        }
-
 
 CALM = Weather()
 
 
 GUST_INPUTS = ("start-s", "duration-s", "north-fps", "east-fps", "down-fps")
+
+
+TURBULENCE_INPUTS = tuple(
+    f"air/turbulence/{name}" for name in ("north-fps", "east-fps", "down-fps", "p-rad_sec", "q-rad_sec", "r-rad_sec")
+)
+"""Properties of the turbulence: motion of the air, near the poles in grid directions, and its rotation."""
 
 
 def gust_property(slot: int, name: str) -> str:
@@ -116,6 +96,13 @@ def drawn_gusts(air: Air, seed: int, last_s: float) -> tuple[Gust, ...]:
         gusts.append(Gust(at_s=time, duration_s=duration, **wind))
 
 
+def turbulence_of(air: Air) -> Strength | None:
+    """Return how strong the turbulence of a scenario is, None if there is none."""
+    if not air.turbulence_severity and not air.turbulence_mps:
+        return None
+    return Strength(air.turbulence_severity, air.turbulence_mps)
+
+
 def weather_of(air: Air, seed: int, reference_m: float, last_s: float) -> Weather:
     """Return the weather of a scenario.
 
@@ -133,8 +120,6 @@ def weather_of(air: Air, seed: int, reference_m: float, last_s: float) -> Weathe
         shear=air.shear,
         reference_m=reference_m,
         gusts=drawn_gusts(air, seed, last_s),
-        severity=air.turbulence_severity,
-        model=air.turbulence_model,
-        seed=integer_seed(seed, "turbulence"),
-        wind_20ft_mps=air.turbulence_wind_mps,
+        turbulence=turbulence_of(air),
+        seed=seed,
     )

@@ -16,6 +16,7 @@ from magsim.flight.model.autopilot import SineGenerator
 from magsim.flight.model.channels import CHANNELS, TO_SI
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
 from magsim.flight.model.setup import PlantSetup
+from magsim.flight.model.turbulence import NODE_HZ
 from magsim.flight.path.elements import Element
 from magsim.flight.path.heights import HeightPlan
 from magsim.flight.path.plane import LocalPlane
@@ -37,6 +38,10 @@ CLIMB_LEAD_S = 0.8
 
 LIFT_PART = 0.9
 """Corrections of the course take no more bank than this part of the largest lift holds up."""
+
+
+ENTRY_S = 10.0
+"""So long before the path is entered the time of the first row is predicted."""
 
 
 AHEAD_TICKS = 10
@@ -121,6 +126,7 @@ class Pilot:
         self._monitor, self._gusts = monitor, GustSchedule(setup.weather)
         self.flaps = FlapSchedule(flaps)
         self._turned = self._convergence()
+        self._planned_s = -along_m / max(1.0, ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps))
 
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
         """Fly until ``done`` returns true; ``tick`` is called after every tick of the guidance."""
@@ -157,6 +163,8 @@ class Pilot:
         if self._monitor is not None:
             self._monitor_flight(self._monitor)
         self._plan_legs(guidance.crossings)
+        if not guidance.crossings:
+            self._expect_first_row(time, math.hypot(motion.v_north, motion.v_east))
         for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
             self.plant.command(name, setting)
         flaps = self.flaps.setting(time)
@@ -225,6 +233,7 @@ class Pilot:
                 zero_s = first_row_s(crossing.time_s, self.log_hz)
                 self._gusts.begin(zero_s, self.plant.clock_s - self.plant.time_s)
                 self.flaps.begin(zero_s)
+                self._delay_turbulence(zero_s)
             self._seen += 1
             element = self.path[crossing.element]
             if not element.turn:
@@ -234,6 +243,16 @@ class Pilot:
             planned = _trains_on(element, self._parts, self._setup, crossing.time_s)
             self.trains += planned
             self._waiting += [(train, self._responses[element.label.part]) for train in planned]
+
+    def _expect_first_row(self, time_s: float, speed: float) -> None:
+        """Shortly before the path is entered, let the turbulence be as far as it shall be at the first row."""
+        left_s = -self.guidance.along_m / max(1.0, speed)
+        if left_s < ENTRY_S:
+            self._delay_turbulence(first_row_s(time_s + left_s, self.log_hz))
+
+    def _delay_turbulence(self, zero_s: float) -> None:
+        """Let the first row be where it was planned on the turbulence's clock: whole nodes from its beginning."""
+        self.plant.delay_turbulence(zero_s - round(self._planned_s * NODE_HZ) / NODE_HZ)
 
     def _start_trains(self, time_s: float) -> None:
         """Pass a train to its generator on the last tick before it begins to rise."""
