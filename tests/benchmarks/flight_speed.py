@@ -23,6 +23,7 @@ import numpy as np
 
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight import bare_run, fly
+from magsim.flight.model.dryden import Strength
 from magsim.flight.model.rates import log_rate_hz
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.weather import Weather
@@ -126,7 +127,7 @@ def interpolation_error_deg(
     worst = 0.0
     log_hz = log_hz or log_rate_hz(aircraft.facts, place.step_hz)
     for seed in range(1, seeds + 1):
-        setup = replace(place, weather=Weather(severity=3, seed=seed))
+        setup = replace(place, weather=Weather(turbulence=Strength(3), seed=seed))
         pilot = pilot_of(aircraft, setup, setup.step_hz, [])
         full = pilot.fly(lambda pilot: pilot.plant.time_s >= 120.0).trajectory(aircraft.facts.cg_b)
         every = setup.step_hz // log_hz

@@ -32,7 +32,13 @@ GUST = "{ at_s = 9.0, duration_s = 5.0, north_mps = 18.0 }"
             "air.random_gusts.longest_s: 4 s is shorter than shortest_s; allowed: 5 or more",
         ),
         ('[air.shear]\nkind = "cubic"\n', "air.shear.kind: 'cubic' is not allowed; allowed: 'linear', 'log'"),
-        ('turbulence_model = "karman"\n', "air.turbulence_model"),
+        ('turbulence_model = "tustin"\n', "air.turbulence_model: unknown key"),
+        ("turbulence_wind_mps = 5.0\n", "air.turbulence_wind_mps: unknown key"),
+        (
+            "turbulence_severity = 2\nturbulence_mps = 0.5\n",
+            "air.turbulence_mps: 0.5 m/s and turbulence_severity = 2 are two strengths; allowed: one, the other 0",
+        ),
+        ("turbulence_mps = -0.5\n", "air.turbulence_mps: -0.5 is not allowed"),
         ("[[air.gusts]]\nat_s = 0.0\nduration_s = 5.0\n", "air.gusts[0].at_s: 0 is not allowed"),
     ],
 )

@@ -88,9 +88,7 @@ def write_model(
         target.write_text(text, encoding="utf-8")
 
 
-def airframe_xml(
-    facts: Facts, name: str, hook_b: Sequence[float] | None = None, *, turbulent: bool = False
-) -> str:
+def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None, *, turbulent: bool = False) -> str:
     """Write the airframe: metrics, mass, wheels, engine, aerodynamics, and a rope that pulls on a hook.
 
     Aerodynamic moments refer to a point of the airframe, independent of the center of gravity. The product of inertia

@@ -1,6 +1,6 @@
 """Gusts of the Dryden form after MIL-F-8785C: how strong and how long they are at a height, and their filters.
 
-Sources: MIL-F-8785C (1980), 3.7.2 (spectra, exceedance), 3.7.3 (near the ground); the same forms in the manual of
+Sources: MIL-F-8785C (1980), 3.7; the same forms in the manual of
 MathWorks' *Dryden Wind Turbulence Model*. Heights count from the ground. Everything here is SI.
 """
 
@@ -23,7 +23,7 @@ LOWEST_M = 10.0 * FT
 """The laws near the ground begin here."""
 
 FREE_LENGTH_M = 1750.0 * FT
-"""Length of the gusts in the free air (3.7.2.1)."""
+"""Length of the gusts in the free air."""
 
 WIND_20FT_MPS = tuple(knots * KNOT for knots in (7.3, 9.5, 15.0, 30.0, 37.5, 45.0, 52.5))
 """Wind at 20 ft of severities 1 to 7, on which gusts near the ground depend.
@@ -123,8 +123,8 @@ class Gusts(NamedTuple):
 class DrydenFilters:
     """White noise shaped to the spectra of MIL-F-8785C, exactly from one node to the next.
 
-    With ``x = L Omega`` the spectra are ``2 / (1 + x^2)`` along and ``(1 + 3 x^2) / (1 + x^2)^2`` across and down (3.7.2.1),
-    and those of rotation follow from a wing of span ``b`` (3.7.2.2): pitch and yaw are the slopes of the vertical and
+    With ``x = L Omega`` the spectra are ``2 / (1 + x^2)`` along and ``(1 + 3 x^2) / (1 + x^2)^2`` across and down, and
+    those of rotation follow from a wing of span ``b``: pitch and yaw are the slopes of the vertical and
     the lateral gust along the path, smoothed over ``4 b / pi`` and ``3 b / pi``; roll has a noise of its own.
     States are those of gusts of unit deviation, so strength and lengths may change from node to node.
 

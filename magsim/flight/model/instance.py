@@ -59,3 +59,18 @@ def load_from(folder: Path, name: str, step_s: float, integrators: Mapping[str, 
     for group, order in integrators.items():
         fdm[f"simulation/integrator/{group}"] = order
     return fdm
+
+
+def node_of(manager: jsbsim.FGPropertyManager, name: str) -> jsbsim.FGPropertyNode:
+    """Return a property of an instance by its name.
+
+    Raises
+    ------
+    DataError
+        If there is none.
+    """
+    node = manager.get_node(name)
+    if node is None:
+        msg = f"JSBSim has no property {name}"
+        raise DataError(msg)
+    return node

@@ -15,6 +15,7 @@ from magsim.errors import DataError
 from magsim.flight.model.airframe import PULLS
 from magsim.flight.model.autopilot import INPUTS, SineGenerator
 from magsim.flight.model.channels import CHANNELS, COLUMN, MOTION_COLUMNS, STATE_COLUMNS, WITHOUT, CarrierState
+from magsim.flight.model.instance import node_of
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.model.turbulence import TurbulenceFeed
@@ -58,9 +59,11 @@ class Plant:
         self._steps = 0
         manager = self._fdm.get_property_manager()
         self._readers = [_reader(manager, name) for _, name, _ in CHANNELS]
-        self._writers = {name: _node(manager, name).set_double_value for name in (*_writable(), *setup.weather.inputs)}
+        self._writers = {
+            name: node_of(manager, name).set_double_value for name in (*_writable(), *setup.weather.inputs)
+        }
         self._outside = _envelope(facts)
-        self._set_ground = _node(manager, "position/terrain-elevation-asl-ft").set_double_value
+        self._set_ground = node_of(manager, "position/terrain-elevation-asl-ft").set_double_value
         self._floor_ft = setup.ground_m / FT
         self._clock_s = self._fdm["simulation/sim-time-sec"]
         self.row: list[float] = [read() for read in self._readers]
@@ -68,7 +71,9 @@ class Plant:
         self._turbulence = None if strength is None else TurbulenceFeed(self._fdm, facts, setup, strength)
         self._coupled = coupled
         if coupled is not None:
-            self._pulls = [_node(manager, f"external_reactions/{name}/magnitude").set_double_value for name, _ in PULLS]
+            self._pulls = [
+                node_of(manager, f"external_reactions/{name}/magnitude").set_double_value for name, _ in PULLS
+            ]
             coupled.begin(self._state())
 
     @property
@@ -176,18 +181,10 @@ def _writable() -> tuple[str, ...]:
     return (*INPUTS, *(name for axis in ("pitch", "roll", "yaw") for name in SineGenerator(axis).inputs))
 
 
-def _node(manager: jsbsim.FGPropertyManager, name: str) -> jsbsim.FGPropertyNode:
-    node = manager.get_node(name)
-    if node is None:
-        msg = f"JSBSim has no property {name}"
-        raise DataError(msg)
-    return node
-
-
 def _reader(manager: jsbsim.FGPropertyManager, name: str) -> Callable[[], float]:
     if name in WITHOUT and manager.get_node(name) is None:
         return float
-    return _node(manager, name).get_double_value
+    return node_of(manager, name).get_double_value
 
 
 def _envelope(facts: Facts) -> Callable[[list[float], float], str]:

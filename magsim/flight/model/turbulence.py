@@ -12,6 +12,7 @@ import jsbsim
 
 from magsim.aircraft.facts import Facts
 from magsim.flight.model.dryden import DrydenFilters, Strength
+from magsim.flight.model.instance import node_of
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.weather import TURBULENCE_INPUTS
 from magsim.streams import stream
@@ -59,9 +60,9 @@ class TurbulenceFeed:
     def __init__(self, fdm: jsbsim.FGFDMExec, facts: Facts, setup: PlantSetup, strength: Strength) -> None:
         manager = fdm.get_property_manager()
         self._strength, self._setup = strength, setup
-        self._readers = [manager.get_node(name).get_double_value for name in _READ]
+        self._readers = [node_of(manager, name).get_double_value for name in _READ]
         self._wind = _steady_wind(manager, setup)
-        self._writers = [manager.get_node(name).set_double_value for name in TURBULENCE_INPUTS]
+        self._writers = [node_of(manager, name).set_double_value for name in TURBULENCE_INPUTS]
         self._rng = stream(setup.weather.seed, "turbulence")
         self._filters = DrydenFilters(facts.geometry.span.value, self._rng.standard_normal(6))
         self._noise: list[list[float]] = []
@@ -91,7 +92,7 @@ class TurbulenceFeed:
         for write, here, rise in self._lines:
             write(here + place * rise)
 
-    def _to_next_node(self) -> list[tuple[Callable[[float], None], float, float]]:
+    def _to_next_node(self) -> list[tuple[Callable[[float], object], float, float]]:
         """Return what writes each input, its value at the node that is reached, and its rise to the next one."""
         here, self._ahead = self._ahead, self._node()
         return [(w, a, b - a) for w, a, b in zip(self._writers, here, self._ahead, strict=True)]
@@ -136,10 +137,11 @@ class TurbulenceFeed:
 
 
 def _steady_wind(manager: jsbsim.FGPropertyManager, setup: PlantSetup) -> Callable[[], tuple[float, float]]:
-    """Return what reads the wind with its shear, without gusts, to north and east [ft/s], near the poles in the grid."""
+    """Return what reads the wind without gusts to north and east [ft/s], near the poles in the grid."""
     if setup.grid and setup.weather.shear is None:
         north, east = setup.wind_mps
         return lambda: (north / FT, east / FT)
     place = "air/grid" if setup.grid else "atmosphere"
-    read_north, read_east = (manager.get_node(f"{place}/wind-{axis}-fps").get_double_value for axis in ("north", "east"))
+    names = (f"{place}/wind-{axis}-fps" for axis in ("north", "east"))
+    read_north, read_east = (node_of(manager, name).get_double_value for name in names)
     return lambda: (read_north(), read_east())

@@ -8,6 +8,7 @@ from magsim.flight.model.dryden import Strength
 from magsim.scenario import Air, Gust, LinearShear, LogShear
 from magsim.streams import stream
 
+
 @dataclass(frozen=True)
 class Weather:
     """Motion of the air beside its steady wind.

@@ -3,8 +3,8 @@
 ``severity_growth_min``: standard deviation of the flown wind in units of that of the next weaker severity, the smallest
 over severities and components, at 3000 m and 120 m above ground at sea level and on a plateau of 1500 m.
 ``low_heights_difference``: of the two low ones, the largest over severities and components.
-``gust_spread_over_courses_mps``: one seed on 16 courses in still air and in wind from west, east and south; largest difference
-of a row's gust from the mean of all flights, along and across the course through the steady wind, and down.
+``gust_spread_over_courses_mps``: one seed on 16 courses in still air and in wind from west, east and south; the largest
+difference of a row's gust from the mean of all flights, along and across the course through the steady wind, and down.
 """
 
 from collections.abc import Sequence

@@ -250,7 +250,7 @@ def test_what_the_drone_cannot_do_is_refused(
 
 
 def test_the_flight_of_paper_001() -> None:
-    loaded = load_scenario("papers/001_fom", overrides=["air.turbulence_severity=0"])
+    loaded = load_scenario("papers/001_fom", overrides=["air.turbulence_mps=0.0"])
     flight = fly(loaded.scenario, loaded.aircraft)
     assert 480.0 < flight.duration_s < 600.0
     assert sorted({segment.heading_deg for segment in flight.segments}) == [0.0, 90.0, 180.0, 270.0]

@@ -1,6 +1,7 @@
 """Gusts of the Dryden form: strength and length by height, and the filters against the specification's spectra."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_every_component_has_its_spectrum(gusts: np.ndarray) -> None:
     number = 2.0 * np.pi * frequency
     # Down to waves of 94 m, which nodes of 2.5 m do not alias.
     edges = np.geomspace(1.0 / 400.0, 1.0 / 15.0, 7)
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         band = (number >= low) & (number < high)
         expected = specified(number[band]).mean(axis=1)
         found = density[band].mean(axis=0) / (2.0 * np.pi)
@@ -102,7 +103,11 @@ def test_nodes_may_be_close_or_far() -> None:
         np.testing.assert_allclose(found.std(axis=0), [1.5, 1.5, 0.8] * 2, rtol=0.05)
         together = np.corrcoef(found.T)[:3, 3:].diagonal()
         level, vertical = 2.0 * way / 300.0, 2.0 * way / 120.0
-        expected = [math.exp(-level), (1.0 - level / 2.0) * math.exp(-level), (1.0 - vertical / 2.0) * math.exp(-vertical)]
+        expected = [
+            math.exp(-level),
+            (1.0 - level / 2.0) * math.exp(-level),
+            (1.0 - vertical / 2.0) * math.exp(-vertical),
+        ]
         np.testing.assert_allclose(together, expected, atol=0.04)
 
 
@@ -133,7 +138,7 @@ def test_strength_and_length_near_the_ground() -> None:
 def test_every_severity_is_stronger_than_the_one_before(height_m: float) -> None:
     strengths = [Strength(severity).at(height_m) for severity in range(1, 8)]
     assert strengths[0].vertical_mps > 0.1
-    for weak, strong in zip(strengths[:-1], strengths[1:], strict=True):
+    for weak, strong in pairwise(strengths):
         assert strong.vertical_mps >= 1.15 * weak.vertical_mps
         assert strong.level_mps >= 1.15 * weak.level_mps
 

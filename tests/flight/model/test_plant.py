@@ -9,6 +9,7 @@ import pytest
 from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
 from magsim.flight.model.autopilot import SineGenerator
+from magsim.flight.model.dryden import Strength
 from magsim.flight.model.instance import load
 from magsim.flight.model.plant import FlightTroubleError, Plant
 from magsim.flight.model.rates import INTEGRATORS
@@ -19,6 +20,7 @@ from magsim.flight.model.weather import Weather
 from magsim.flight.path.wind import crab_heading, ground_speed
 from magsim.flight.pilot.trains import SineTrain
 
+LIGHT = Strength(3)
 SETUP = PlantSetup(lat_rad=0.3, lon_rad=2.0, alt_m=3000.0, course=1.0, speed_mps=75.0)
 
 
@@ -123,16 +125,15 @@ def test_wind_acts_from_the_first_moment(cessna: Aircraft, course_deg: float) ->
 
 
 def test_turbulence_belongs_to_its_seed(cessna: Aircraft) -> None:
-    def rolled(seed: int, severity: int = 3) -> list[float]:
-        plant = Plant(
-            cessna.facts, PlantSetup(0.3, 2.0, 3000.0, 1.0, 75.0, weather=Weather(severity=severity, seed=seed))
-        )
+    def rolled(seed: int, strength: Strength | None = LIGHT) -> list[float]:
+        weather = Weather(turbulence=strength, seed=seed)
+        plant = Plant(cessna.facts, PlantSetup(0.3, 2.0, 3000.0, 1.0, 75.0, weather=weather))
         return [plant.run(12)[6] for _ in range(50)]
 
     first = rolled(7)
     assert first == rolled(7)
     assert first != rolled(8)
-    assert np.std(first) > 10.0 * np.std(rolled(7, severity=0))
+    assert np.std(first) > 10.0 * np.std(rolled(7, None))
 
 
 def test_generators_give_the_sine_that_is_planned(cessna: Aircraft) -> None:

@@ -6,17 +6,17 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import welch
 
 from magsim.aircraft import Aircraft
 from magsim.errors import DataError
 from magsim.flight import fly
+from magsim.flight.model.dryden import Strength
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.setup import PlantSetup
+from magsim.flight.model.start import start
 from magsim.flight.model.weather import Weather, drawn_gusts
 from magsim.flight.pilot.gusts import GustSchedule
 from magsim.scenario import Air, Gust, LinearShear, LogShear, RandomGusts, Scenario
@@ -106,96 +106,102 @@ def test_logarithmic_shear_follows_the_height_above_ground_up_to_its_top(cessna:
     assert flown[-1, 0] < 0.99 * WIND[0]
 
 
-@pytest.mark.parametrize("model", ["tustin", "milspec"])
-@pytest.mark.parametrize(("severity", "at_7500_ft", "at_15000_ft"), [(3, 6.7, 4.6), (5, 15.1, 11.6)])
-def test_turbulence_has_the_strength_and_the_slope_of_the_specification(
-    cessna: Aircraft, model: str, severity: int, at_7500_ft: float, at_15000_ft: float
+def flown(aircraft: Aircraft, setup: PlantSetup, seconds: float, every: int = 12) -> np.ndarray:
+    """Wind at every few steps, (n, 3)."""
+    flying = Plant(aircraft.facts, setup)
+    rows = round(seconds * setup.step_hz / every)
+    return np.array([wind(flying) for _ in range(rows) if flying.run(every)])
+
+
+def turbulent(strength: Strength, alt_m: float = 3000.0, **more: object) -> PlantSetup:
+    return PlantSetup(0.3, 2.0, alt_m, 0.5, 75.0, weather=Weather(turbulence=strength, seed=3), **more)
+
+
+@pytest.mark.parametrize("ground_m", [0.0, 1500.0])
+def test_turbulence_follows_the_height_above_ground(cessna: Aircraft, ground_m: float) -> None:
+    # MIL-F-8785C, figures 10 and 11: light turbulence, 15 kt at 20 ft.
+    height_ft = 120.0 / FT
+    shape = 0.177 + 0.000823 * height_ft
+    vertical = 0.1 * 15.0 * 1852.0 / 3600.0
+    level_m = height_ft / shape**1.2 * FT
+    gust = flown(cessna, turbulent(Strength(3), 120.0 + ground_m, ground_m=ground_m), 900.0)[100:]
+    # 67 km are 220 lengths of 300 m, 560 of 120 m.
+    np.testing.assert_allclose(gust.std(axis=0), [vertical / shape**0.4] * 2 + [vertical], rtol=0.1)
+    north, east = math.cos(0.5), math.sin(0.5)
+    along, across = gust[:, 0] * north + gust[:, 1] * east, gust[:, 1] * north - gust[:, 0] * east
+    distance = 7.5 * np.arange(1, 12)
+    for values, length, transverse in ((along, level_m, 0.0), (across, level_m, 0.5), (gust[:, 2], 120.0, 0.5)):
+        found = [np.mean(values[k:] * values[:-k]) / np.mean(values**2) for k in range(1, 12)]
+        part = distance / length
+        np.testing.assert_allclose(found, (1.0 - transverse * part) * np.exp(-part), atol=0.06)
+
+
+@pytest.mark.parametrize("severity", [1, 2, 4, 6])
+@pytest.mark.parametrize("alt_m", [100.0, 3000.0])
+def test_every_severity_is_another_flight(cessna: Aircraft, severity: int, alt_m: float) -> None:
+    weak, strong = (
+        flown(cessna, turbulent(Strength(s), alt_m), 60.0)[100:].std(axis=0) for s in (severity, severity + 1)
+    )
+    assert weak.min() > 0.1
+    assert (strong / weak).min() > 1.1
+
+
+def test_a_strength_in_mps_is_flown(cessna: Aircraft) -> None:
+    gust = flown(cessna, turbulent(Strength(vertical_mps=0.7), 120.0), 600.0)[100:]
+    assert gust[:, 2].std() == pytest.approx(0.7, rel=0.08)
+
+
+def test_turbulence_is_the_same_at_every_step_rate_and_has_no_steps(cessna: Aircraft) -> None:
+    slow, fast = (flown(cessna, turbulent(Strength(3), step_hz=hz), 30.0, hz // 60) for hz in (60, 240))
+    assert slow.std(axis=0).min() > 0.5
+    np.testing.assert_allclose(slow, fast, atol=8e-3)
+    # Straight from one thirtieth of a second to the next; the rows between the first and the second have begun.
+    every = flown(cessna, turbulent(Strength(3), step_hz=240), 12.0, 1)[8:]
+    bend = np.abs(np.diff(every, 2, axis=0)).max(axis=1)
+    corners = np.zeros(len(bend), dtype=bool)
+    corners[6::8] = True
+    assert bend[~corners].max() < 1e-12
+    assert np.median(bend[corners]) > 1e-3
+    assert np.abs(np.diff(every, axis=0)).max() < 0.1
+
+
+def gust_of(flight: Flight, wind_mps: tuple[float, float]) -> np.ndarray:
+    """Gusts along and across the course through the steady wind, and down, in the first 20 s."""
+    time = np.arange(0.0, 20.0, 0.1)
+    gust, through = flight.wind_at(time) - [*wind_mps, 0.0], flight.carrier.at(time).velocity_n[:, :2] - wind_mps
+    north, east = (through / np.linalg.norm(through, axis=1)[:, None]).T
+    along, across = gust[:, 0] * north + gust[:, 1] * east, gust[:, 1] * north - gust[:, 0] * east
+    return np.column_stack([along, across, gust[:, 2]])
+
+
+def test_one_seed_has_the_same_gusts_on_every_course_and_in_every_wind(
+    cessna: Aircraft, scenario_of: ScenarioOf
 ) -> None:
-    # MIL-F-8785C, figure 7, between its curves.
-    flying = plant(cessna, Weather(severity=severity, model=model, seed=3), step_hz=60)
-    rows = []
-    for _ in range(30 * 600):
-        flying.run(2)
-        rows.append(wind(flying))
-    gust = np.array(rows) - [*WIND, 0.0]
-    height_ft = 3000.0 / FT
-    sigma = FT * (at_7500_ft + (at_15000_ft - at_7500_ft) * (height_ft - 7500.0) / 7500.0)
-    # 45 km are 84 lengths of 1750 ft: some 10 % of error in each axis.
-    np.testing.assert_allclose(gust.std(axis=0), sigma, rtol=0.15)
-    # A Dryden spectrum falls with the square of the frequency.
-    frequency, density = welch(gust[:, 2], 30.0, nperseg=2048)
-    level = [
-        (density * frequency**2)[(frequency > low) & (frequency < high)].mean()
-        for low, high in ((0.4, 1.0), (2.0, 5.0))
-    ]
-    assert level[1] == pytest.approx(level[0], rel=0.25)
+    flights = []
+    for course, wind_mps in ((0.0, (0.0, 0.0)), (135.0, (0.0, 0.0)), (270.0, (0.0, 9.0)), (60.0, (0.0, -9.0))):
+        air = {"turbulence_severity": 3, "wind_north_mps": wind_mps[0], "wind_east_mps": wind_mps[1]}
+        scenario = scenario_of({"kind": "straight", "leg_m": 2000.0}, start={"heading_deg": course}, air=air)
+        flights.append(gust_of(fly(scenario, cessna), wind_mps))
+    assert flights[0].std(axis=0).min() > 0.5
+    for other in flights[1:]:
+        np.testing.assert_allclose(other, flights[0], atol=0.005)
 
 
-def correlation(
-    aircraft: Aircraft, weather: Weather, alt_m: float, seeds: range, seconds: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Covariances of turbulence along the path in still air, (n, 3), and the distances that they belong to [m].
+def test_air_that_turns_takes_the_aircraft_along(cessna: Aircraft) -> None:
+    def rate(axis: str, turning: float) -> float:
+        setup = turbulent(Strength(1))
+        fdm = start(cessna.facts, setup)
+        fdm["ap/on"] = 0.0
+        before = fdm[f"velocities/{axis}-rad_sec"]
+        fdm[f"air/turbulence/{axis}-rad_sec"] = turning
+        for _ in range(24):
+            fdm.run()
+        return fdm[f"velocities/{axis}-rad_sec"] - before
 
-    The mean is known to be 0: subtracting that of a record would remove correlation longer than the record.
-    """
-    found = []
-    for seed in seeds:
-        setup = PlantSetup(0.3, 2.0, alt_m, 0.0, 75.0, (0.0, 0.0), step_hz=60, weather=replace(weather, seed=seed))
-        flying = Plant(aircraft.facts, setup)
-        rows = np.array([wind(flying) for _ in range(12 * seconds) if flying.run(5)])
-        count = len(rows)
-        power = np.abs(np.fft.rfft(rows, 2 * count, axis=0)) ** 2
-        lags = np.fft.irfft(power, axis=0)[:200]
-        found.append(lags / (count - np.arange(len(lags)))[:, None])
-    return np.mean(found, axis=0), 75.0 / 12.0 * np.arange(200)
-
-
-def along(distance: np.ndarray, length: float) -> np.ndarray:
-    """Correlation along the wind of a Dryden spectrum (MIL-F-8785C, 3.7.2.1), by its inverse Fourier transform."""
-    return np.exp(-distance / length)
-
-
-def across(distance: np.ndarray, length: float) -> np.ndarray:
-    """The same across it."""
-    return (1.0 - 0.5 * distance / length) * np.exp(-distance / length)
-
-
-@pytest.mark.parametrize("model", ["tustin", "milspec"])
-def test_turbulence_has_the_length_of_the_specification(cessna: Aircraft, model: str) -> None:
-    covariance, distance = correlation(cessna, Weather(severity=3, model=model), 3000.0, range(1, 7), 500)
-    length = 1750.0 * FT
-    near = slice(1, 33)  # up to 200 m
-    measured = covariance[near] / covariance[0]
-    np.testing.assert_allclose(measured[:, 0], along(distance[near], length), atol=0.04)
-    # The simpler model takes one pole for the two of the specification, at half the length.
-    expected = across(distance[near], length) if model == "tustin" else along(distance[near], 0.5 * length)
-    np.testing.assert_allclose(measured[:, 1:].mean(axis=1), expected, atol=0.04)
-
-
-def test_turbulence_near_the_ground_has_the_lengths_and_strengths_there(cessna: Aircraft) -> None:
-    height_ft = 100.0 / FT
-    covariance, distance = correlation(cessna, Weather(severity=3), 100.0, range(1, 4), 400)
-    # MIL-F-8785C, figures 10 and 11.
-    level = 100.0 / (0.177 + 0.000823 * height_ft) ** 1.2
-    strength = 0.1 * 7.7 / (0.177 + 0.000823 * height_ft) ** np.array([0.4, 0.4, 0.0])
-    np.testing.assert_allclose(np.sqrt(covariance[0]), strength, rtol=0.06)
-    near = slice(1, 17)
-    measured = covariance[near] / covariance[0]
-    np.testing.assert_allclose(measured[:, 0], along(distance[near], level), atol=0.04)
-    np.testing.assert_allclose(measured[:, 1], across(distance[near], level), atol=0.04)
-    np.testing.assert_allclose(measured[:, 2], across(distance[near], 100.0), atol=0.04)
-
-
-def test_severity_1_acts_near_the_ground_and_depends_on_the_wind_there(cessna: Aircraft) -> None:
-    def strength(wind_mps: float | None) -> float:
-        flying = plant(cessna, Weather(severity=1, wind_20ft_mps=wind_mps, seed=3), alt_m=150.0)
-        return float(np.std([wind(flying)[2] for _ in range(1200) if flying.run(12)]))
-
-    calm, light, strong = strength(0.0), strength(None), strength(15.4)
-    assert calm == pytest.approx(0.0, abs=1e-9)
-    # Vertical turbulence below 1000 ft is 0.1 of the wind at 20 ft (MIL-F-8785C, 3.7.3.4).
-    assert light == pytest.approx(0.77, rel=0.25)
-    assert strong == pytest.approx(2.0 * light, rel=0.05)
+    for axis in "pqr":
+        assert rate(axis, 0.05) - rate(axis, 0.0) > 0.003
+    # Roll follows the air within its time constant of 0.25 s.
+    assert rate("p", 0.05) - rate("p", 0.0) == pytest.approx(0.05 * (1.0 - math.exp(-0.2 / 0.25)), rel=0.2)
 
 
 def test_random_gusts_follow_the_settings() -> None:
@@ -227,6 +233,7 @@ CHILD = """
 import sys
 from magsim.aircraft import load_aircraft
 from magsim.flight import fly
+from magsim.flight.model.dryden import Strength
 from magsim.scenario import Scenario
 from tests.flight.model.test_weather import digest
 cessna = load_aircraft("c208b")
@@ -270,7 +277,8 @@ def test_another_sensor_does_not_change_the_wind_but_another_seed_does(
 
 def test_the_recorded_wind_is_the_one_that_was_flown(cessna: Aircraft) -> None:
     # Motion over ground less wind is motion through the air: its length is JSBSim's airspeed.
-    flying = plant(cessna, Weather(severity=4, seed=5, gusts=(Gust(at_s=1.0, duration_s=20.0, north_mps=6.0),)))
+    gust = Gust(at_s=1.0, duration_s=20.0, north_mps=6.0)
+    flying = plant(cessna, Weather(turbulence=Strength(4), seed=5, gusts=(gust,)))
     for _ in range(100):
         flying.run(12)
         motion = np.array([flying.value(f"v_{axis}") for axis in ("north", "east", "down")])
