@@ -105,7 +105,7 @@ class Strength:
         return Gustiness(*(a + part * (b - a) for a, b in zip(near, above, strict=True)))
 
 
-class Gusts(NamedTuple):
+class AirMotion(NamedTuple):
     """Gusts at one moment: motion of the air along and across the course and down [m/s], and its rotation [rad/s].
 
     The rotation is that of the air over the aircraft's size, about the body's axes: what the aircraft's own rates are
@@ -145,7 +145,7 @@ class DrydenFilters:
         self._roll = float(start[5])
         self._smooth_across = self._smooth_down = 0.0, 0.0
 
-    def advance(self, gustiness: Gustiness, path_m: float, noise: list[float]) -> Gusts:
+    def advance(self, gustiness: Gustiness, path_m: float, noise: list[float]) -> AirMotion:
         """Return the gusts a way through the air further on.
 
         Parameters
@@ -169,7 +169,7 @@ class DrydenFilters:
         self._smooth_down = _follow(self._smooth_down, down, on_pitch)
         # The integral of 0.8 (pi L / 4b)^(1/3) / (L (1 + (4b Omega / pi)^2)) from 0 on.
         variance = 0.4 * math.pi / self._pitch_m * (vertical_m / self._pitch_m) ** (1.0 / 3.0) / vertical_m
-        return Gusts(
+        return AirMotion(
             level * self._along,
             across,
             down,
