@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from magsim import assets, config
 from magsim.aircraft.bird import BirdFacts
 from magsim.aircraft.facts import Facts, Limits
-from magsim.aircraft.hull import beyond_hull
+from magsim.aircraft.hull import beyond_hull, reach_m
 from magsim.aircraft.kinematic import KinematicFacts, KinematicLimits
 from magsim.aircraft.magnetics import Magnetics, MeshPart
 from magsim.config.document import read_text
@@ -36,6 +36,7 @@ __all__ = [
     "Vehicle",
     "load_aircraft",
     "load_bird",
+    "reach_m",
 ]
 
 F = TypeVar("F", bound=BaseModel)

@@ -23,6 +23,7 @@ from magsim.scenario.instruments import (
     Sensor,
     Sensors,
     Surfaces,
+    Tone,
 )
 from magsim.scenario.maneuvers import Combined, Maneuver, Oscillation, PhasedOscillation, Train
 from magsim.scenario.patterns import (
@@ -115,6 +116,7 @@ __all__ = [
     "Sway",
     "Target",
     "Terrain",
+    "Tone",
     "Tow",
     "TowBody",
     "TowRope",

@@ -1,4 +1,4 @@
-"""The three-axis fluxgate: offset, scale, angles between its axes, mounting angles, temperature, noise, limits.
+"""The three-axis fluxgate: offset, scale, angles of axes, mounting and flexure, temperature, noise, limits.
 
 ``field_s = diag(1 + scale) N rot_sb B_b``, ``reading_s = clip(lag(diag(1 + k dT) field_s + offset + o dT + cross)
 + noise)``, whose rows are whole steps
@@ -18,8 +18,9 @@ from magsim.frames import rot_nb_from_attitude, rotate, turned_back
 from magsim.scenario import FluxgateSensor
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.clocks import instants
+from magsim.sensors.inertial import load_factor
 from magsim.sensors.instrument import Columns, MeasuredFlight
-from magsim.sensors.noise import white_noise
+from magsim.sensors.noise import flicker_noise, white_noise
 from magsim.sensors.scalar import part_columns
 from magsim.signals import first_order_lag
 from magsim.streams import stream
@@ -78,6 +79,8 @@ def measure(
     rate_hz: float,
     rng: np.random.Generator,
     cabin_c: np.ndarray | None = None,
+    *,
+    flicker: np.ndarray | float = 0.0,
 ) -> np.ndarray:
     """Return the reading of the instrument before the recording system.
 
@@ -90,6 +93,8 @@ def measure(
     rng : numpy.random.Generator
     cabin_c : (n,) [degC], optional
         Temperature of the cabin; without it, that of the instrument's reference.
+    flicker : (n, 3) [nT], optional
+        Its 1/f noise.
 
     Returns
     -------
@@ -107,7 +112,7 @@ def measure(
     noise = white_noise(rng, total_b.shape, sensor.noise_nt_rthz, rate_hz)
     if sensor.bandwidth_hz is not None:
         reading = first_order_lag(reading, 1.0 / (2.0 * math.pi * sensor.bandwidth_hz), rate_hz)
-    reading = reading + np.array(sensor.offset_nt) + noise
+    reading = reading + np.array(sensor.offset_nt) + noise + flicker
     return reading if sensor.range_nt is None else np.clip(reading, -sensor.range_nt, sensor.range_nt)
 
 
@@ -117,6 +122,8 @@ def fluxgate_columns(
     acquisition: Acquisition,
     seed: int,
     cabin_c: np.ndarray | None = None,
+    *,
+    load_g: np.ndarray | None = None,
 ) -> Columns:
     """Return reading and truth of one fluxgate.
 
@@ -129,6 +136,8 @@ def fluxgate_columns(
     seed : int
     cabin_c : (n,) [degC], optional
         Temperature of the cabin.
+    load_g : (n,) [g], optional
+        Load factor of what carries it, for the flexure.
 
     Returns
     -------
@@ -146,7 +155,13 @@ def fluxgate_columns(
     ideal = acquisition(total_b)
     if sensor.mount in truth.tilts_b:
         total_b = turned_back(truth.tilts_b[sensor.mount], total_b)
-    raw = measure(total_b, sensor, acquisition.rate_in_hz, rng, cabin_c)
+    if load_g is not None:
+        total_b = turned_back(np.radians(sensor.flexure_deg_g) * (load_g - 1.0)[:, None], total_b)
+    flicker: np.ndarray | float = 0.0
+    if sensor.flicker_nt_rthz > 0.0:
+        slow = stream(seed, f"fluxgate/{sensor.name}/flicker")
+        flicker = flicker_noise(slow, truth.time_s, 3, sensor.flicker_nt_rthz)
+    raw = measure(total_b, sensor, acquisition.rate_in_hz, rng, cabin_c, flicker=flicker)
     span = (truth.time_s[0] + acquisition.reach_s, truth.time_s[-1] - acquisition.reach_s)
     taken = instants(sensor, acquisition.time_s, f"fluxgate/{sensor.name}", seed, span)
     reading = acquisition(raw) if taken is None else acquisition.at(raw, taken)
@@ -163,5 +178,7 @@ def read(flight: MeasuredFlight) -> Columns:
     """Return the columns of all fluxgates."""
     out: Columns = {}
     for sensor in flight.sensors.fluxgate:
-        out |= fluxgate_columns(sensor, flight.truths[sensor.body], flight.acquisition, flight.seed, flight.cabin_c)
+        load_g = load_factor(flight.log_of(sensor.body), flight.samples_s) if any(sensor.flexure_deg_g) else None
+        truth = flight.truths[sensor.body]
+        out |= fluxgate_columns(sensor, truth, flight.acquisition, flight.seed, flight.cabin_c, load_g=load_g)
     return out

@@ -1,4 +1,4 @@
-"""Accelerometers and gyros of the INS: specific force and inertial rate at the reference point, in body axes.
+"""Accelerometers and gyros of the INS: specific force and inertial rate at its place in the body, in body axes.
 
 ``reading = step(scale * true + bias + drift + noise)`` on each axis. Accelerometers do not sense gravity: at rest they
 read 1 g upward. Gyros sense the rotation of the Earth: at rest they read 15 degrees an hour about its axis.
@@ -23,6 +23,7 @@ from magsim.sensors.noise import white_noise
 from magsim.signals import gauss_markov
 from magsim.streams import stream
 from magsim.trajectory import Trajectory
+from magsim.units import G0
 
 LEAST_FACTOR = 3
 """Fewest samples for each row: what the filter needs."""
@@ -58,6 +59,22 @@ def inertial_rate(path: Trajectory) -> np.ndarray:
     turning_n = transport_rate(path.lat_rad, path.alt_m, path.velocity_n)
     turning_n += SPIN_RADPS * np.column_stack([np.cos(path.lat_rad), np.zeros(len(path)), -np.sin(path.lat_rad)])
     return path.rate_b + rotate_back(rot_nb_from_attitude(path.attitude), turning_n)
+
+
+def load_factor(log: Trajectory, time_s: np.ndarray) -> np.ndarray:
+    """Return the load factor at the reference point, upward in body axes: 1 in level flight; (m,) [g].
+
+    Parameters
+    ----------
+    log : Trajectory
+    time_s : (m,) [s]
+    """
+    return -specific_force(log, log.at(time_s))[:, 2] / G0
+
+
+def placed(ins: Ins, log: Trajectory) -> Trajectory:
+    """Return the motion of the place of an INS; that of the reference point where its place is not given."""
+    return log if ins.position_m is None else log.moved_to(np.array(ins.position_m))
 
 
 @dataclass(frozen=True)
@@ -149,7 +166,8 @@ def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) ->
     Returns
     -------
     dict of str to (rows,)
-        Specific force [m/s^2] and inertial rate [deg/s], as read and true.
+        Specific force [m/s^2] and inertial rate [deg/s], as read at the place of the INS and true at the reference
+        point.
 
     Raises
     ------
@@ -158,9 +176,10 @@ def inertial_columns(ins: Ins, log: Trajectory, rows: Acquisition, seed: int) ->
     """
     samples, acquisition = samples_of(log, rows)
     true = acquisition(samples)
+    felt = samples if ins.position_m is None else samples_of(placed(ins, log), rows)[0]
     span = (log.time_s[0] + acquisition.reach_s, log.time_s[-1] - acquisition.reach_s)
     taken = instants(ins, rows.time_s, "ins", seed, span)
-    read = true if taken is None else acquisition.at(samples, taken)
+    read = acquisition(felt) if taken is None else acquisition.at(felt, taken)
     rate_hz = rows.rate_out_hz
     vectors = (
         (columns.INS_ACCELERATION, accelerometers(ins)(read[:, :3], rate_hz, "ins/acc", seed)),

@@ -86,10 +86,14 @@ class MeasuredFlight:
     def rate_b(self, body: Literal["carrier", "bird"]) -> np.ndarray:
         """Return the angular rate of a body at the times of the true field, (n, 3) [rad/s]."""
         if body not in self._rates_b:
-            log = self.flight.bird if body == "bird" else self.flight.carrier
-            assert log is not None  # a sensor of the bird is refused without one
-            self._rates_b[body] = log.at(self.samples_s).rate_b
+            self._rates_b[body] = self.log_of(body).at(self.samples_s).rate_b
         return self._rates_b[body]
+
+    def log_of(self, body: Literal["carrier", "bird"]) -> Trajectory:
+        """Return the motion of a body at its log times."""
+        log = self.flight.bird if body == "bird" else self.flight.carrier
+        assert log is not None  # a sensor of the bird is refused without one
+        return log
 
     def path_read(self, clock: InstrumentClock, name: str) -> Trajectory:
         """Return the motion at the instants at which an instrument with a clock of its own took its rows.

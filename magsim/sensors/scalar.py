@@ -1,7 +1,7 @@
 """The scalar (total-field) magnetometer: it reads the length of the exact vector sum, with errors of its own.
 
-``reading = hold(step(window(lag(|B| + heading + gyro) + noise)))``, docs/instruments.md. Where it cannot read, the row
-holds the last reading and ``mag_{sensor}_valid`` is 0.
+``reading = hold(step(window(lag(|B| + heading + gyro) + noise) + tones))``, docs/instruments.md. Where it cannot
+read, the row holds the last reading and ``mag_{sensor}_valid`` is 0.
 """
 
 import math
@@ -10,11 +10,11 @@ import numpy as np
 
 from magsim import columns
 from magsim.frames import turned_back
-from magsim.scenario import ScalarSensor
+from magsim.scenario import ScalarSensor, Tone
 from magsim.sensors.acquisition import Acquisition, Counter
 from magsim.sensors.clocks import instants
 from magsim.sensors.instrument import Columns, MeasuredFlight
-from magsim.sensors.noise import white_noise
+from magsim.sensors.noise import flicker_noise, white_noise
 from magsim.signals import first_order_lag
 from magsim.streams import stream
 from magsim.truth import FieldTruth
@@ -90,6 +90,54 @@ def measure(
     return reading + white_noise(rng, reading.shape, sensor.noise_nt_rthz, rate_hz)
 
 
+def tone_mean(
+    tone: Tone, taken_s: np.ndarray, sensor: ScalarSensor, phase: float, along: np.ndarray | float = 1.0
+) -> np.ndarray:
+    """Return what a tone adds to the means over a counter's windows: exact, however far above the rows it is.
+
+    Parameters
+    ----------
+    tone : Tone
+    taken_s : (m,) [s]
+        Middles of the windows.
+    sensor : ScalarSensor
+        Its window, and the lag that comes before it.
+    phase : float [rad]
+        Of the tone at time 0.
+    along : (m,), optional
+        Cosine between the tone's field and the main one.
+
+    Returns
+    -------
+    (m,) [nT]
+        ``a sinc(f T) cos(2 pi f t + phase)``, with gain and delay of the lag. What a tone of 1000 nT across the main
+        field adds by its square, 0.005 nT of 50 000, is neglected.
+    """
+    turns = tone.frequency_hz * taken_s
+    lagged = 1.0 / (1.0 + 2.0j * math.pi * tone.frequency_hz * sensor.lag_s)
+    angle = 2.0 * math.pi * (turns - np.floor(turns)) + phase + np.angle(lagged)
+    gain = tone.amplitude_nt * np.sinc(tone.frequency_hz * sensor.counter_s) * abs(lagged)
+    return gain * along * np.cos(angle)
+
+
+def tones_read(
+    sensor: ScalarSensor, window: Acquisition | Counter, field_b: np.ndarray, taken_s: np.ndarray, seed: int
+) -> np.ndarray:
+    """Return the sum of all tones in the rows of an instrument, (rows,) [nT].
+
+    One tone has one phase at all instruments: they hear the same source.
+    """
+    out = np.zeros(len(taken_s))
+    for tone in sensor.tones:
+        phase = 2.0 * math.pi * float(stream(seed, f"scalar/tone/{tone.frequency_hz:g}").uniform())
+        along: np.ndarray | float = 1.0
+        if tone.axis_b is not None:
+            direction = np.array(tone.axis_b) / math.hypot(*tone.axis_b)
+            along = window.at(np.einsum("ni,i->n", field_b, direction) / norm(field_b), taken_s)
+        out += tone_mean(tone, taken_s, sensor, phase, along)
+    return out
+
+
 def locked(total_b: np.ndarray, sensor: ScalarSensor, rate_hz: float) -> np.ndarray:
     """Return where the instrument reads, (n,): outside dead zones, inside its range, and ``relock_s`` after."""
     lost = np.zeros(len(total_b), dtype=bool)
@@ -152,6 +200,9 @@ def scalar_columns(
     sensor_b = turned_back(truth.tilts_b[sensor.mount], total_b) if sensor.mount in truth.tilts_b else total_b
     rng = stream(seed, f"scalar/{sensor.name}/noise")
     raw = measure(sensor_b, sensor, acquisition.rate_in_hz, rng, total_nt=total, rate_b=rate_b)
+    if sensor.flicker_nt_rthz > 0.0:
+        slow = stream(seed, f"scalar/{sensor.name}/flicker")
+        raw = raw + flicker_noise(slow, truth.time_s, 1, sensor.flicker_nt_rthz)[:, 0]
     along = np.einsum("ni,ni->n", platform, background) / clean
     taken = _taken(sensor, truth, window, seed)
     if taken is None:
@@ -159,6 +210,8 @@ def scalar_columns(
     else:
         clean, total, projection = window(np.stack([clean, total, along], axis=1)).T
         reading = window.at(raw, taken)
+    if sensor.tones:
+        reading = reading + tones_read(sensor, window, sensor_b, window.time_s if taken is None else taken, seed)
     if sensor.step_nt > 0.0:
         reading = sensor.step_nt * np.round(reading / sensor.step_nt)
     out = {}

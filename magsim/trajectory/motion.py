@@ -221,6 +221,38 @@ class Trajectory:
         velocity_n = rotate(rot_ne_at(lat, lon), rows[:, 3:])
         return lat, lon + 2.0 * np.pi * np.round((near - lon) / (2.0 * np.pi)), alt, velocity_n
 
+    def moved_to(self, place_b: np.ndarray) -> "Trajectory":
+        """Return the motion of another point of the same body.
+
+        Parameters
+        ----------
+        place_b : (3,) [m]
+            The point, body axes from the datum that ``reference_b`` counts from.
+
+        Returns
+        -------
+        Trajectory
+            Its place, its velocity ``v + w x arm`` with the rate ``w`` over the Earth, and the same attitude and rate
+            against its own local axes.
+        """
+        arm_b = np.asarray(place_b, dtype=float) - self.reference_b
+        rot_nb, rot_ne = rot_nb_from_attitude(self.attitude), rot_ne_at(self.lat_rad, self.lon_rad)
+        rate_eb_b = self.rate_b + rotate_back(rot_nb, transport_rate(self.lat_rad, self.alt_m, self.velocity_n))
+        arm_e = rotate_back(rot_ne, rotate(rot_nb, np.broadcast_to(arm_b, rate_eb_b.shape)))
+        lat, lon, alt = geodetic_from_ecef(ecef_from_geodetic(self.lat_rad, self.lon_rad, self.alt_m) + arm_e)
+        lon = lon + 2.0 * np.pi * np.round((self.lon_rad - lon) / (2.0 * np.pi))
+        velocity_e = rotate_back(rot_ne, self.velocity_n + rotate(rot_nb, np.cross(rate_eb_b, arm_b)))
+        velocity_n = rotate(rot_ne_at(lat, lon), velocity_e)
+        turned = quaternion_product(
+            quaternion_en_at(self.lat_rad, self.lon_rad), quaternion_nb_from_attitude(self.attitude)
+        )
+        attitude = attitude_from_quaternion_nb(
+            quaternion_product(quaternion_inverse(quaternion_en_at(lat, lon)), turned)
+        )
+        attitude[:, 2] += 2.0 * np.pi * np.round((self.attitude[:, 2] - attitude[:, 2]) / (2.0 * np.pi))
+        rate_b = rate_eb_b - rotate_back(rot_nb_from_attitude(attitude), transport_rate(lat, alt, velocity_n))
+        return Trajectory(self.time_s, lat, lon, alt, velocity_n, attitude, rate_b, self.reference_b + arm_b)
+
     def inside(self, time_s: np.ndarray) -> np.ndarray:
         """Return the times if all of them are inside the logged span.
 

@@ -39,6 +39,34 @@ def test_noise_of_cs_vapor():
         assert allan(error, 10.0, window) == pytest.approx(wanted, rel=0.1), window  # 120 windows of 10 s: 6 %
 
 
+def test_noise_of_cs_quiet():
+    """0.6 pT/sqrt(Hz) and 0.3 pT/sqrt(Hz) at 1 Hz of 1/f noise, through a counter of 0.1 s and in steps of 0.0001 nT."""
+    truth, acquisition = still([0.0, 35e3, 35e3])
+    quiet = ScalarSensor(name="cabin", mount="cabin", preset="cs_quiet")
+    error = scalar_columns(quiet, truth, acquisition, 1)["error_cabin_nt"]
+    freq, density = signal.welch(error - error.mean(), fs=10.0, nperseg=1024)
+    for low, high in ((0.03, 0.1), (0.3, 1.0), (1.0, 2.0)):
+        band = (freq > low) & (freq < high)
+        # The counter folds white noise back onto the rows: its density stays that of the samples.
+        wanted = np.mean(0.0006**2 + 0.0003**2 / freq[band]) + 0.0001**2 / 12.0 / 5.0
+        assert density[band].mean() == pytest.approx(wanted, rel=0.2), low
+    seen = np.abs(error - error.mean()).max()
+    assert seen < 0.02
+
+
+def test_heading_error_of_cs_quiet_stays_in_its_bound():
+    worst = []
+    for angle in np.radians(np.arange(11.0, 180.0, 4.0)):
+        truth, acquisition = still([50e3 * np.sin(angle), 0.0, 50e3 * np.cos(angle)], duration=1.0)
+        quiet = ScalarSensor(
+            name="cabin", mount="cabin", preset="cs_quiet", noise_nt_rthz=0.0, flicker_nt_rthz=0.0
+        )
+        out = scalar_columns(quiet, truth, acquisition, 1)
+        if out["mag_cabin_valid"][-1]:
+            worst.append(abs(out["error_cabin_nt"][-1]))
+    assert 0.12 < max(worst) <= 0.2
+
+
 def test_heading_error_of_cs_vapor_stays_in_its_bound():
     """0.15 nT in sum over all angles at which it reads; beyond them it is marked as invalid."""
     seen, read = [], []

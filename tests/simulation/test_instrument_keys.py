@@ -41,6 +41,7 @@ FLUXGATE = {
     "step_nt": 0.05,
 }
 INS = {
+    "heading_coupling": (0.001, 0.0, 0.0),
     "attitude_drift_deg": 0.1,
     "attitude_noise_deg": 0.01,
     "acc_drift_mps2": 0.01,
@@ -68,6 +69,8 @@ SCALAR_CHANGES = CLOCK | {
     "heading_switch_nt": 0.3,
     "gyro_shift": -1.0,
     "lag_s": 0.2,
+    "flicker_nt_rthz": 0.01,
+    "tones": ({"frequency_hz": 398.0, "amplitude_nt": 50.0},),
     "counter_s": 0.2,
     "counter_tag": "end",
     "step_nt": 0.1,
@@ -81,6 +84,8 @@ BESIDE = {"dead_equator_deg": {"axis_b": (1.0, 0.0, 0.0)}}
 
 FLUXGATE_CHANGES = CLOCK | {
     "noise_nt_rthz": 0.05,
+    "flicker_nt_rthz": 0.02,
+    "flexure_deg_g": (0.0, 0.2, 0.0),
     "offset_nt": (1.0, 0.0, 0.0),
     "scale_error": (0.001, 0.0, 0.0),
     "nonorthogonality_deg": (0.0, 0.1, 0.0),
@@ -100,6 +105,11 @@ INS_CHANGES = {
     "attitude_drift_deg": ("ins_roll", "ins_pitch", "ins_heading"),
     "attitude_noise_deg": ("ins_roll", "ins_pitch", "ins_heading"),
     "heading_factor": ("ins_heading",),
+    "heading_coupling": ("ins_heading",),
+    "heading_recovery_s": ("ins_heading",),
+    "position_m": ("ins_",),
+    # its local axes too, by 1e-8 rad: those of the place where it takes itself to be
+    "lever_error_m": ("ins_lat", "ins_lon", "ins_alt", "ins_v", "ins_roll", "ins_pitch", "ins_heading"),
     "position_drift_m": ("ins_lat", "ins_lon", "ins_alt"),
     "position_noise_m": ("ins_lat", "ins_lon", "ins_alt"),
     "velocity_drift_mps": ("ins_v",),
@@ -116,6 +126,7 @@ VALUES = CLOCK | {"attitude_bias_deg": (0.1, 0.1, 0.1), "heading_factor": 3.0, "
 VALUES |= {"acc_bias_mps2": (0.1, 0.0, 0.0), "rate_bias_dps": (0.1, 0.0, 0.0), "qnh_pa": 102e3, "setting_pa": 102e3}
 VALUES |= {"acc_scale_error": (0.01, 0.0, 0.0), "rate_scale_error": (0.01, 0.0, 0.0), "acc_correlation_s": 20.0}
 VALUES |= {"rate_correlation_s": 20.0, "start_c": 15.0, "settled_c": 40.0, "warmup_s": 100.0, "wander_s": 30.0}
+VALUES |= {"position_m": (1.0, 2.0, 3.0), "lever_error_m": (0.3, 0.2, 0.1), "heading_coupling": (0.0, 0.0, 0.002)}
 VALUES |= {"max_range_m": 1000.0, "max_tilt_deg": 3.0, "noise_m": 2.0, "rate_hz": 2.0, "enabled": False}
 VALUES |= {"current_step_a": 1.0, "voltage_step_v": 1.0, "height_m": 900.0}
 VALUES |= {"electrical.without": ("pump",), "surfaces.without": ("elevator",), "surfaces.offset_deg": 1.0}

@@ -6,7 +6,7 @@ from magsim.scenario.instruments.fluxgate import Cabin, FluxgateSensor
 from magsim.scenario.instruments.ground import BaseStation
 from magsim.scenario.instruments.height import Barometer, Radar
 from magsim.scenario.instruments.inertial import Ins
-from magsim.scenario.instruments.scalar import ScalarSensor
+from magsim.scenario.instruments.scalar import ScalarSensor, Tone
 from magsim.scenario.instruments.table import Sensors
 
 __all__ = [
@@ -22,4 +22,5 @@ __all__ = [
     "Sensor",
     "Sensors",
     "Surfaces",
+    "Tone",
 ]

@@ -5,8 +5,16 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from magsim.config import Name, Strict
+from magsim.config import Name, Strict, Vector
 from magsim.scenario.base import NonNegative, aircraft_of, bird_of
+
+
+def points_somewhere(value: Vector | None) -> Vector | None:
+    """Return a direction; raise ValueError where it has no length."""
+    if value is not None and not any(value):
+        msg = "(0, 0, 0) points nowhere; allowed: a direction of any length but 0"
+        raise ValueError(msg)
+    return value
 
 
 class Sensor(Strict):

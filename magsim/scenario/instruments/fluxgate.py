@@ -34,10 +34,17 @@ class FluxgateSensor(Sensor, InstrumentClock, PresetTable):
 
     preset: Literal["fluxgate_survey"] | None = None
     noise_nt_rthz: NonNegative = Field(default=0.015, description="white noise density of each axis")
+    flicker_nt_rthz: NonNegative = Field(
+        default=0.0, le=100.0, description="density of the 1/f noise of each axis at 1 Hz"
+    )
     offset_nt: Vector = (0.0, 0.0, 0.0)
     scale_error: Vector = Field(default=(0.0, 0.0, 0.0), description="relative, 0.001 is 0.1 %")
     nonorthogonality_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="angles xy, xz, yz beyond 90")
     misalignment_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="roll, pitch, yaw of the mounting")
+    flexure_deg_g: Vector = Field(
+        default=(0.0, 0.0, 0.0),
+        description="turn about x, y, z against the INS for each g beyond 1, as the airframe between bends",
+    )
     cross_field_nt: Vector = Field(default=(0.0, 0.0, 0.0), description="error of each axis in 50 000 nT across it")
     offset_drift_nt_c: Vector = Field(default=(0.0, 0.0, 0.0), description="offset for each degree of the cabin")
     scale_drift_ppm_c: Vector = Field(default=(0.0, 0.0, 0.0), description="scale for each degree of the cabin")

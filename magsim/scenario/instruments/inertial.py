@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
+from magsim.aircraft import reach_m
 from magsim.config import Vector
-from magsim.scenario.base import NonNegative, Positive
+from magsim.scenario.base import NonNegative, Positive, aircraft_of, bird_of
 from magsim.scenario.instruments.common import InstrumentClock, PresetTable
 
 UNITS: Mapping[str, Mapping[str, object]] = {
@@ -66,6 +67,16 @@ class Ins(InstrumentClock, PresetTable):
     PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = UNITS
 
     preset: Literal["ins_survey", "ins_mems"] | None = None
+    position_m: Vector | None = Field(
+        default=None, description="place in the body, from its datum; left out: at the center of gravity"
+    )
+    lever_error_m: Vector = Field(
+        default=(0.0, 0.0, 0.0), description="how far from its place it takes itself to be, body axes"
+    )
+    heading_coupling: Vector = Field(
+        default=(0.0, 0.0, 0.0), description="error of heading for each degree turned about x, y, z: 0.001 is 0.1 %"
+    )
+    heading_recovery_s: Positive = Field(default=60.0, description="time constant with which that error decays")
     attitude_bias_deg: Vector = (0.0, 0.0, 0.0)
     attitude_drift_deg: NonNegative = Field(default=0.0, description="standard deviation of the drift")
     attitude_noise_deg: NonNegative = Field(default=0.0, description="white, each row")
@@ -87,3 +98,13 @@ class Ins(InstrumentClock, PresetTable):
     rate_correlation_s: Positive = 300.0
     rate_noise_dps_rthz: NonNegative = Field(default=0.0, description="white noise density")
     rate_step_dps: NonNegative = Field(default=0.0, le=1.0, description="least count; 0: none")
+
+    @field_validator("position_m")
+    @classmethod
+    def _in_the_hull(cls, value: Vector | None, info: ValidationInfo) -> Vector | None:
+        bodies = [vehicle for vehicle in (aircraft_of(info), bird_of(info)) if vehicle]
+        most = max((reach_m(vehicle.facts) for vehicle in bodies), default=float("inf"))
+        if value is not None and max(map(abs, value)) > most:
+            msg = f"{list(value)} is off the hull; allowed: {-most:g} to {most:g} m from the datum on each axis"
+            raise ValueError(msg)
+        return value

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
-from magsim.config import Vector
-from magsim.scenario.base import NonNegative
-from magsim.scenario.instruments.common import InstrumentClock, PresetTable, Sensor
+from magsim.config import Strict, Vector
+from magsim.scenario.base import NonNegative, Positive
+from magsim.scenario.instruments.common import InstrumentClock, PresetTable, Sensor, points_somewhere
 
 Heading = Annotated[float, Field(ge=-100.0, le=100.0)]
 
@@ -29,9 +29,35 @@ SCALARS: Mapping[str, Mapping[str, object]] = {
         "dead_equator_deg": 15.0,
         "relock_s": 0.5,
         "range_nt": [20_000.0, 100_000.0],
-    }
+    },
+    "cs_quiet": {
+        "noise_nt_rthz": 0.0006,
+        "flicker_nt_rthz": 0.0003,
+        "heading_cos_nt": 0.07,
+        "heading_cos2_nt": 0.07,
+        "heading_switch_nt": 0.06,
+        "gyro_shift": 1.0,
+        "counter_s": 0.1,
+        "step_nt": 0.0001,
+        "dead_polar_deg": 10.0,
+        "dead_equator_deg": 10.0,
+        "relock_s": 0.5,
+        "range_nt": [15_000.0, 105_000.0],
+    },
 }
 """Values by the name of the preset; docs/instruments.md names their sources."""
+
+
+class Tone(Strict):
+    """A field that swings faster than the rows, as of mains on the ground or the supply of 400 Hz on board."""
+
+    frequency_hz: Positive = Field(le=1e5, description="what counts is how far it is from whole periods in counter_s")
+    amplitude_nt: NonNegative = Field(le=1e5, description="of the swinging field")
+    axis_b: Vector | None = Field(
+        default=None, description="its direction, body axes; left out: along the main field, whatever the attitude"
+    )
+
+    _points = field_validator("axis_b")(points_somewhere)
 
 
 class ScalarSensor(Sensor, InstrumentClock, PresetTable):
@@ -39,8 +65,9 @@ class ScalarSensor(Sensor, InstrumentClock, PresetTable):
 
     PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = SCALARS
 
-    preset: Literal["cs_vapor"] | None = None
+    preset: Literal["cs_vapor", "cs_quiet"] | None = None
     noise_nt_rthz: NonNegative = Field(default=0.004, description="white noise density")
+    flicker_nt_rthz: NonNegative = Field(default=0.0, le=100.0, description="density of the 1/f noise at 1 Hz")
     axis_b: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the optical axis, body axes")
     heading_cos_nt: Heading = Field(default=0.0, description="times cos of the angle between axis and field")
     heading_cos2_nt: Heading = Field(default=0.0, description="times cos of twice that angle")
@@ -51,17 +78,22 @@ class ScalarSensor(Sensor, InstrumentClock, PresetTable):
         default=0.0, le=1.0, description="counting window; 0: the recording's filter instead"
     )
     counter_tag: Literal["center", "end"] = Field(default="center", description="where in the window the tag is")
+    tones: tuple[Tone, ...] = Field(
+        default=(), strict=False, max_length=20, description="hum that the counting window folds; needs counter_s"
+    )
     step_nt: NonNegative = Field(default=0.0, le=100.0, description="least count; 0: none")
     dead_polar_deg: NonNegative = Field(default=0.0, le=45.0, description="no reading closer to the axis; 0: none")
     dead_equator_deg: NonNegative = Field(default=0.0, le=45.0, description="no reading closer to its equator; 0: none")
     relock_s: NonNegative = Field(default=0.0, le=60.0, description="no reading for so long after a dead zone")
     range_nt: Range | None = Field(default=None, description="least and largest field that is read")
 
-    @field_validator("axis_b")
+    _points = field_validator("axis_b")(points_somewhere)
+
+    @field_validator("tones")
     @classmethod
-    def _points(cls, value: Vector) -> Vector:
-        if not any(value):
-            msg = "(0, 0, 0) points nowhere; allowed: a direction of any length but 0"
+    def _counted(cls, value: tuple[Tone, ...], info: ValidationInfo) -> tuple[Tone, ...]:
+        if value and info.data.get("counter_s") == 0.0:
+            msg = "without counter_s the recording's filter lets no tone through; allowed: with counter_s above 0"
             raise ValueError(msg)
         return value
 
