@@ -40,7 +40,7 @@ def test_noise_of_cs_vapor():
 
 
 def test_noise_of_cs_quiet():
-    """0.6 pT/sqrt(Hz) and 0.3 pT/sqrt(Hz) at 1 Hz of 1/f noise, through a counter of 0.1 s and in steps of 0.0001 nT."""
+    """0.6 pT/sqrt(Hz) and 0.3 pT/sqrt(Hz) at 1 Hz of 1/f noise, through a counter of 0.1 s, in steps of 0.1 pT."""
     truth, acquisition = still([0.0, 35e3, 35e3])
     quiet = ScalarSensor(name="cabin", mount="cabin", preset="cs_quiet")
     error = scalar_columns(quiet, truth, acquisition, 1)["error_cabin_nt"]
@@ -58,9 +58,7 @@ def test_heading_error_of_cs_quiet_stays_in_its_bound():
     worst = []
     for angle in np.radians(np.arange(11.0, 180.0, 4.0)):
         truth, acquisition = still([50e3 * np.sin(angle), 0.0, 50e3 * np.cos(angle)], duration=1.0)
-        quiet = ScalarSensor(
-            name="cabin", mount="cabin", preset="cs_quiet", noise_nt_rthz=0.0, flicker_nt_rthz=0.0
-        )
+        quiet = ScalarSensor(name="cabin", mount="cabin", preset="cs_quiet", noise_nt_rthz=0.0, flicker_nt_rthz=0.0)
         out = scalar_columns(quiet, truth, acquisition, 1)
         if out["mag_cabin_valid"][-1]:
             worst.append(abs(out["error_cabin_nt"][-1]))
