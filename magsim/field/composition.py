@@ -8,7 +8,7 @@ import numpy as np
 from magsim.aircraft import Aircraft, Vehicle
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
 from magsim.field import flex
-from magsim.field.background import crust, main_field, targets, variation
+from magsim.field.background import crust, departure, main_field, targets, variation
 from magsim.field.excitation import FlightExcitation
 from magsim.field.parts import PARTS
 from magsim.field.response import AircraftResponse, load_response, response_at
@@ -24,6 +24,7 @@ Progress = Callable[[float], None]
 
 BACKGROUNDS: Mapping[str, Callable[[Situation], np.ndarray]] = {
     "earth": main_field.earth,
+    "departure": departure.departure,
     "crust": crust.crust,
     "target": targets.target,
     "variation": variation.variation,

@@ -6,10 +6,20 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.aircraft.magnetics import Surface
 from magsim.config import Strict
-from magsim.scenario.base import FieldPart, aircraft_of
+from magsim.scenario.base import FieldPart, NonNegative, aircraft_of
 from magsim.scenario.electronics import Electronics
 from magsim.scenario.geology import Crust, Target
 from magsim.scenario.variation import Variation
+
+
+class Departure(Strict):
+    """What the main field has and its model has not: waves of 5 to 500 km, and a vector that changes over hours."""
+
+    enabled: bool = True
+    scale: NonNegative = Field(default=1.0, le=100.0, description="1: the error that WMM2025 states for itself")
+    seed: int = Field(
+        default=0, ge=0, lt=2**63, description="of the world, not of the flight: all flights with it meet the same field"
+    )
 
 
 class Earth(Strict):
@@ -19,6 +29,32 @@ class Earth(Strict):
     along_path: bool = Field(
         default=True, description="false: the field of the start point everywhere, without gradient"
     )
+    departure: Departure = Field(
+        default=Departure(), description="from the model, along the path; a field without gradient has none"
+    )
+
+    @field_validator("departure")
+    @classmethod
+    def _along_path(cls, value: Departure, info: ValidationInfo) -> Departure:
+        if info.data.get("along_path") is False and "enabled" in value.model_fields_set and value.enabled:
+            msg = "enabled = true has no effect with along_path = false; allowed: along_path = true, or enabled = false"
+            raise ValueError(msg)
+        return value
+
+    @property
+    def departs(self) -> bool:
+        """Whether the field departs from its model; one without gradient does not."""
+        return self.along_path and self.departure.enabled
+
+    @property
+    def description(self) -> str:
+        """What the main field of a recording is, in words."""
+        if not self.along_path:
+            return "IGRF-14 of the start point everywhere, without gradient and without departure from the model"
+        if not self.departure.enabled:
+            return "IGRF-14, without departure from the model"
+        times = "" if self.departure.scale == 1.0 else f" times {self.departure.scale:g}"
+        return f"IGRF-14 with the departure of world {self.departure.seed}{times}"
 
 
 class EddyPart(FieldPart):
@@ -84,6 +120,8 @@ class FieldSettings(Strict):
 
     def is_on(self, name: str) -> bool:
         """Whether the part of that name is switched on; the main field always is."""
+        if name == "departure":
+            return self.earth.departs
         if name in {"earth", "target"}:
             return name == "earth" or bool(self.targets)
         part = getattr(self, name)

@@ -120,6 +120,7 @@ def _meta(
         "seed": scenario.seed,
         "start_utc": scenario.start.time_utc.isoformat(),
         "rate_hz": scenario.recording.rate_hz,
+        "main_field": scenario.field.earth.description,
         "simulation_rate_hz": flight.simulation_rate_hz,
         "filter": acquisition.decimator.description,
         "maneuvers": [asdict(flown) | {"off_axis_deg": list(flown.off_axis_deg)} for flown in flight.maneuvers],

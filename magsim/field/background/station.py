@@ -5,6 +5,7 @@ import numpy as np
 from magsim.earth import LocalFrame, igrf
 from magsim.errors import DataError
 from magsim.field.background.crust import crust_of
+from magsim.field.background.departure import departure_at
 from magsim.field.background.main_field import years_of
 from magsim.field.background.targets import geodetic_of, ground_height, sources_of
 from magsim.field.background.variation import variation_e
@@ -13,7 +14,7 @@ from magsim.terrain import Ground
 
 
 def station_field(station: BaseStation, scenario: Scenario, ground: Ground | None, time_s: np.ndarray) -> np.ndarray:
-    """Return the background at a base station: main field, crust, targets and variation.
+    """Return the background at a base station: main field with its departure, crust, targets and variation.
 
     Parameters
     ----------
@@ -40,7 +41,10 @@ def station_field(station: BaseStation, scenario: Scenario, ground: Ground | Non
     share = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
     # The model is linear in time; over the hours of a flight a straight line is exact but for a change of epoch.
     field_n = main[0] + share[:, None] * (main[1] - main[0])
-    changing_n = np.einsum("ij,nj->ni", frame.rot_ne, variation_e(scenario, time_s))
+    changing_e = variation_e(scenario, time_s)
+    if scenario.field.is_on("departure"):
+        changing_e = changing_e + departure_at(scenario, frame, time_s)
+    changing_n = np.einsum("ij,nj->ni", frame.rot_ne, changing_e)
     return field_n + constant_n(station, scenario, ground, frame) + changing_n
 
 
