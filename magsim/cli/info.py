@@ -102,8 +102,8 @@ def _details(recording: "Recording") -> Iterator[TitledTable]:
 
 
 def _provenance(recording: "Recording") -> TitledTable:
-    keys = ("scenario", "aircraft", "bird", "seed", "overrides", "digest", "version", "main_field", "filter")
-    keys += ("simulation_rate_hz",)
+    flown = ("scenario", "aircraft", "bird", "seed", "overrides", "digest", "version", "main_field")
+    keys = (*flown, "filter", "simulation_rate_hz")
     rows = tuple((key, _word(recording.meta[key])) for key in keys if recording.meta.get(key) not in (None, [], ""))
     return TitledTable("Provenance", ("key", "value"), rows or (("-", "no provenance"),))
 

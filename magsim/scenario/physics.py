@@ -18,7 +18,10 @@ class Departure(Strict):
     enabled: bool = True
     scale: NonNegative = Field(default=1.0, le=100.0, description="1: the error that WMM2025 states for itself")
     seed: int = Field(
-        default=0, ge=0, lt=2**63, description="of the world, not of the flight: all flights with it meet the same field"
+        default=0,
+        ge=0,
+        lt=2**63,
+        description="of the world, not of the flight: flights that share it meet the same field",
     )
 
 

@@ -97,8 +97,11 @@ def everything(flight: Flight, truth: FieldTruth, mount: str) -> np.ndarray:
     return sum(part(flight, truth, mount) for part in (heading_error, gyro_shift, white_noise))
 
 
-GRADIENT = ("field.earth.along_path=true",)
-"""The main field along the track and at each mount's own place."""
+GRADIENT = ("field.earth.along_path=true", "field.earth.departure.enabled=false")
+"""The model's main field along the track and at each mount's own place."""
+
+DEPARTURE = ("field.earth.along_path=true",)
+"""The main field as it is: the model and its departure."""
 
 WIRING = ("field.electronics.enabled=true",)
 """Currents of the loads, the flap motor at rest."""
@@ -125,6 +128,7 @@ EFFECTS = (
     Effect("exact length and eddy lag", ("field.eddy.lag=true",), exact=True),
     Effect("main-field gradient, interference known", GRADIENT),
     Effect("main-field gradient, reading fitted", GRADIENT, measured=True),
+    Effect("departure from the model, reading fitted", DEPARTURE, measured=True),
     Effect("crust of 60 nT rms on the ground, reading fitted", CRUST, measured=True),
     Effect("moving control surfaces", ("field.hinged.enabled=true",)),
     Effect("propeller", ("field.propeller.enabled=true",)),

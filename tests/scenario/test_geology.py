@@ -59,7 +59,7 @@ def test_base_station_takes_the_variation_off(line):
     assert columns.role_of("true_base_ground_nt") == "truth"
     assert "base_ground_nt" in line.blind().data
     assert np.std(base - line["true_base_ground_nt"]) < 0.1
-    quiet = np.linalg.norm(sum(vector(line, part) for part in ("earth", "crust", "target")), axis=1)
+    quiet = np.linalg.norm(sum(vector(line, part) for part in ("earth", "departure", "crust", "target")), axis=1)
     variation = line["clean_tail_nt"] - quiet
     left = variation - (base - base.mean())
     assert np.std(left) < 0.2 * np.std(variation)

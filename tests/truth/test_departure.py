@@ -8,20 +8,19 @@ import pytest
 from magsim.earth import LocalFrame, ecef_from_geodetic, rot_ne_at
 from magsim.field.background.departure import (
     ERROR_NT,
-    Departure,
-    Waves,
+    WAVES_DOWN_NT,
+    DepartureField,
     departure_of,
-    derivatives,
     draw_disturbance,
-    draw_waves,
 )
+from magsim.field.background.waves import Waves, derivatives, draw_waves
 from magsim.scenario import Scenario
 from magsim.streams import stream
 
 RADIUS_M = 6_371_000.0
 
 
-def world(lat_deg: float, lon_deg: float, seed: int = 1, world_seed: int = 0) -> Departure:
+def world(lat_deg: float, lon_deg: float, seed: int = 1, world_seed: int = 0) -> DepartureField:
     start = {"lat_deg": lat_deg, "lon_deg": lon_deg, "alt_m": 500.0, "speed_mps": 70.0}
     table = {"schema": 1, "seed": seed, "aircraft": "c208b", "start": start, "pattern": {"kind": "box"}}
     table |= {"field": {"earth": {"departure": {"seed": world_seed}}}}
@@ -47,7 +46,7 @@ def potential(waves: Waves, place: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def waves() -> Waves:
-    return draw_waves(stream(3, "departure/waves"))
+    return draw_waves(stream(3, "departure/waves"), WAVES_DOWN_NT)
 
 
 def test_field_gradient_and_second_derivatives_are_those_of_the_potential(waves):
@@ -86,7 +85,7 @@ def drawn() -> np.ndarray:
     out = []
     for seed in range(30):
         up = everywhere(150, 100 + seed)
-        waves_e, _, _ = derivatives(draw_waves(stream(seed, "departure/waves")), RADIUS_M, RADIUS_M * up)
+        waves_e, _, _ = derivatives(draw_waves(stream(seed, "departure/waves"), WAVES_DOWN_NT), RADIUS_M, RADIUS_M * up)
         lat, lon = np.arcsin(up[:, 2]), np.arctan2(up[:, 1], up[:, 0])
         vector_n = draw_disturbance(stream(seed, "departure/disturbance")).at(
             np.random.default_rng(seed).uniform(0.0, 3e9, 150)
@@ -103,7 +102,7 @@ def test_each_component_has_the_published_error(drawn):
 
 @pytest.mark.parametrize("horizontal_nt", [15_000.0, 25_000.0, 40_000.0])
 def test_declination_errs_as_the_components_do(drawn, horizontal_nt):
-    """The published one is sqrt(0.26^2 + (5417 / H)^2) deg: its second part alone is an error of 94.5 nT across the field.
+    """The published one is sqrt(0.26^2 + (5417 / H)^2) deg: its second part alone is 94.5 nT across the field.
 
     The first part is more than the published errors of the components make; so the drawn one lies between the two.
     """

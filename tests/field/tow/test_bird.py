@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from magsim.aircraft import Aircraft, Bird, load_aircraft, load_bird
+from magsim.columns import PLATFORM
 from magsim.earth import decimal_years, geodetic_from_ecef, igrf, rot_ne_at
 from magsim.field import compute_field, compute_tow_field
 from magsim.field.background.crust import crust_of
+from magsim.field.background.departure import departure_of, vector_along
 from magsim.field.situation import simulation_times
 from magsim.field.sources.dipoles import dipole_field
 from magsim.flight import fly
@@ -33,7 +35,7 @@ def test_parts_and_bodies(toy: Aircraft, bird: Bird) -> None:
     for s, mount in enumerate(below.mounts):
         whole = sum(part[:, s] for part in below.parts_b.values())
         np.testing.assert_allclose(below.total(mount), whole, rtol=0, atol=1e-9)
-        own = sum(below.part(name, mount) for name in below.parts_b if name not in {"earth", "carrier"})
+        own = sum(below.part(name, mount) for name in below.parts_b if name in set(PLATFORM) - {"carrier"})
         np.testing.assert_allclose(below.platform(mount), own + below.part("carrier", mount), rtol=0, atol=1e-9)
         # The dipole of the bird, at its own mount.
         moments = bird.magnetics.permanent
@@ -81,11 +83,11 @@ def towed() -> tuple[Scenario, Flight]:
 def test_the_background_is_that_at_the_birds_own_place(
     towed: tuple[Scenario, Flight], toy: Aircraft, bird: Bird
 ) -> None:
-    """IGRF and crust evaluated at each mount's own Earth-fixed place, through a swinging and shaking bird."""
+    """IGRF, departure and crust at each mount's own Earth-fixed place, through a swinging and shaking bird."""
     scenario, flight = towed
     truth = compute_tow_field(scenario, toy, bird, flight)["bird"]
     rows = slice(480, -480, 37)
-    path, crust = flight.bird.at(truth.time_s[rows]), crust_of(scenario, None)
+    path, crust, departure = flight.bird.at(truth.time_s[rows]), crust_of(scenario, None), departure_of(scenario)
     years = decimal_years(scenario.start.time_utc, path.time_s)
     for mount in truth.mounts:
         place_e = places_of(path, np.array(bird.mounts[mount]))
@@ -93,11 +95,13 @@ def test_the_background_is_that_at_the_birds_own_place(
         to_n = rot_ne_at(lat, lon)
         main_e = np.einsum("nji,nj->ni", to_n, igrf(lat, lon, alt, years))
         crust_e = crust.field_e(place_e)
-        for name, exact in (("earth", main_e), ("crust", crust_e)):
+        vector_e = vector_along(departure, scenario, truth.time_s)[rows]
+        departure_e = departure.expanded(place_e)[0] + vector_e
+        for name, exact in (("earth", main_e), ("departure", departure_e), ("crust", crust_e)):
             got = np.einsum("nij,nj->ni", turns(path), truth.part(name, mount)[rows])
             assert np.abs(got - exact).max() < 2e-4
         clean = np.linalg.norm(truth.background(mount)[rows], axis=1)
-        assert np.abs(clean - np.linalg.norm(main_e + crust_e, axis=1)).max() < 2e-4
+        assert np.abs(clean - np.linalg.norm(main_e + departure_e + crust_e, axis=1)).max() < 2e-4
     # It is not that of the carrier, thirty meters higher.
     lat, lon, alt = (getattr(flight.carrier.at(path.time_s), name) for name in ("lat_rad", "lon_rad", "alt_m"))
     higher = np.linalg.norm(igrf(lat, lon, alt, years), axis=1)

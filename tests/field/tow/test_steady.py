@@ -56,7 +56,7 @@ def still_path(time_s: np.ndarray, aside_m: float | np.ndarray = 0.0, up_m: floa
 
 def swing_of(path: Trajectory, bird: Bird) -> tuple[np.ndarray, np.ndarray, Situation]:
     """Times, clean less steady at the nose, and the situation."""
-    scenario = scenario_of()
+    scenario = scenario_of(earth={"departure": {"enabled": False}})
     flight = Flight(path, float(path.time_s[-1] - 4.0), 120.0, {}, (), ())
     below = Situation.of(scenario, bird.magnetics, flight, load_response(bird), mounts=("nose",))
     below = with_background(below)
