@@ -40,6 +40,7 @@ def recording() -> Recording:
     short = [
         "pattern.leg_m=9000.0",
         "pattern.period_s=6.0",
+        "field.earth.departure.enabled=false",  # a map knows the model's main field alone
         f"sensors.scalar=[{SENSORS}]",
     ]
     return simulate(load_scenario("patterns/fom", short))
