@@ -14,6 +14,7 @@ from magsim.aircraft import Aircraft, Bird, load_aircraft, load_bird
 from magsim.config import Document
 from magsim.errors import RequestError
 from magsim.planning import FlyableScenario
+from magsim.population import individual_of
 from magsim.scenario import Scenario, Tow, TrackLog, TrackPattern, ground_of
 from magsim.scenario.tracklog import TrackProblemsError, read_track, start_of
 from magsim.terrain import Ground
@@ -29,6 +30,7 @@ class LoadedScenario:
         Name of the scenario: the file's stem.
     scenario : Scenario
     aircraft : Aircraft
+        The individual that flies.
     text : str
         The scenario file as it was read.
     overrides : tuple of str
@@ -83,7 +85,13 @@ class LoadedScenario:
         overrides = (*self.overrides, *overrides)
         document = config.parse(self.text, overrides=overrides, source=self.document.source)
         renamed = any(override.path == ("aircraft",) for override in document.overrides[len(self.document.overrides) :])
-        return _loaded(document, self.name, self.folder, overrides, None if renamed else self.aircraft)
+        return _loaded(document, self.name, self.folder, overrides, None if renamed else self._type)
+
+    @property
+    def _type(self) -> Aircraft:
+        """The nominal aircraft of which the one that flies is an individual."""
+        nominal = self.aircraft.nominal
+        return nominal if isinstance(nominal, Aircraft) else self.aircraft
 
     @cached_property
     def digest(self) -> str:
@@ -110,7 +118,7 @@ def load_scenario(
     overrides : sequence of str
         ``key.path=value`` settings that are applied on top of the file.
     aircraft : Aircraft, optional
-        Flies instead of the one that the scenario names.
+        Flies instead of the one that the scenario names: the type, of which the scenario may set an individual.
 
     Returns
     -------
@@ -148,6 +156,11 @@ def _loaded(
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, folder)
     except RequestError as error:
         document.validate(FlyableScenario, context=context, also=[("terrain.file", str(error))])
+    try:
+        aircraft = individual_of(aircraft, scenario.individual)
+        bird = None if bird is None else individual_of(bird, scenario.individual)
+    except RequestError as error:
+        document.validate(FlyableScenario, context=context, also=[("individual", str(error))])
     return LoadedScenario(
         name,
         scenario,

@@ -59,12 +59,15 @@ class Vehicle:
         Everything magnetic, and the mounts of sensors.
     files : mapping of str to bytes
         Content of the files of triangles that ``magnetics.toml`` names.
+    nominal : Vehicle, optional
+        The type of which it is an individual (``magsim.population``); None for what its folder describes.
     """
 
     name: str
     facts: BaseModel
     magnetics: Magnetics
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    nominal: "Vehicle | None" = field(default=None, repr=False)
 
     @cached_property
     def digest(self) -> str:
@@ -77,6 +80,8 @@ class Vehicle:
         digest = hashlib.sha256(json.dumps(tables, sort_keys=True).encode())
         for name in sorted(self.files):
             digest.update(f"\0{name}\0".encode() + hashlib.sha256(self.files[name]).digest())
+        if self.nominal is not None:  # which gives it its mesh
+            digest.update(f"\0{self.nominal.digest}".encode())
         return digest.hexdigest()
 
     @cached_property

@@ -28,6 +28,7 @@ class FlightEntry(Strict):
     name: Name
     rows: Count
     digest: Text = Field(description="of the scenario with its aircraft")
+    individual: Count = Field(default=0, description="which aircraft of its type flew; 0 is the nominal one")
     splits: dict[Literal["train", "valid", "test"], Count] = Field(description="rows of each split")
 
 

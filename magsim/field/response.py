@@ -102,9 +102,9 @@ def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
     return loops, origins
 
 
-def _coils(magnetics: Magnetics, points: np.ndarray, *, full: bool) -> Arrays:
+def _coils(aircraft: Vehicle, points: np.ndarray, *, full: bool) -> Arrays:
     del full
-    loops, origins = coil_loops(magnetics.coils)
+    loops, origins = coil_loops(aircraft.magnetics.coils)
     matrix = inductance_matrix(loops)
     resistance = np.zeros_like(matrix)
     for i, (loop, coil) in enumerate(zip(loops, origins, strict=True)):
@@ -118,8 +118,8 @@ def _coils(magnetics: Magnetics, points: np.ndarray, *, full: bool) -> Arrays:
     return _eddy_arrays(modes, np.zeros(len(points)))
 
 
-def _skin(magnetics: Magnetics, points: np.ndarray, *, full: bool) -> Arrays:
-    model = skin_model(magnetics)
+def _skin(aircraft: Vehicle, points: np.ndarray, *, full: bool) -> Arrays:
+    model = skin_model(aircraft)
     error = model.truncation_error(points) if full else np.full(len(points), np.nan)
     return _eddy_arrays(model.at(points), error)
 
@@ -132,22 +132,25 @@ def _eddy_arrays(modes: Modes, error: np.ndarray) -> Arrays:
     return {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field, "eddy_error": error}
 
 
-def skin_model(magnetics: Magnetics) -> SkinModel:
+def skin_model(aircraft: Vehicle) -> SkinModel:
     """Return the aircraft's skin, fine enough for all its mounts, from the cache where it is known.
+
+    An individual has the mesh of its type: its mounts are within some millimeters of where the type has them.
 
     Raises
     ------
     ValueError
         If the aircraft has no skin, the skin's mesh is not sound, or a mount is too close to the metal.
     """
-    if magnetics.skin is None:
+    skin = aircraft.magnetics.skin
+    if skin is None:
         msg = "the aircraft has no skin"
         raise ValueError(msg)
-    return load_skin(magnetics.skin, np.array([mount.position_m for mount in magnetics.mounts.values()]))
+    return load_skin(skin, np.array(list((aircraft.nominal or aircraft).mounts.values())))
 
 
 EDDY = {"coils": _coils, "skin": _skin}
-"""Models of eddy currents: each makes its arrays of the response from the magnetic file and the places."""
+"""Models of eddy currents: each makes its arrays of the response from the aircraft and the places."""
 
 
 def _solve(
@@ -161,7 +164,7 @@ def _solve(
     with one_blas_thread():
         try:
             arrays |= _fixed(aircraft.magnetics, steel, points, full=full)
-            arrays |= EDDY[eddy](aircraft.magnetics, points, full=full)
+            arrays |= EDDY[eddy](aircraft, points, full=full)
             arrays |= _wiring(aircraft.magnetics, points)
         except ValueError as error:
             msg = f"aircraft {aircraft.name}: {error}"
@@ -263,10 +266,13 @@ def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftRespons
 
     The cache counts the source code of ``magsim.field`` into the key.
     """
-    magnetics, mounts, model = aircraft.magnetics, aircraft.mounts, eddy_model(aircraft, eddy)
+    mounts, model = aircraft.mounts, eddy_model(aircraft, eddy)
     # What is drawn alone does not count.
     key = {
-        "magnetics": magnetics.model_dump(mode="json", exclude={"outline"}),
+        "magnetics": [
+            None if vehicle is None else vehicle.magnetics.model_dump(mode="json", exclude={"outline"})
+            for vehicle in (aircraft, aircraft.nominal)
+        ],
         "files": file_digests(aircraft),
         "eddy": model,
     }

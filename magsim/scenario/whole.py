@@ -73,6 +73,9 @@ class Scenario(Strict):
     aircraft: str = Field(
         description="name of a shipped aircraft, or path of a folder of your own, with a slash: ./mine"
     )
+    individual: int = Field(
+        default=0, ge=0, lt=2**31, description="which aircraft of the type, and which bird; 0: the nominal ones"
+    )
     start: Start
     terrain: Terrain | None = Field(default=None, description="the ground; without it, the ellipsoid")
     loading: Loading = Loading()

@@ -117,6 +117,7 @@ def _meta(
         "digest": loaded.digest,
         "aircraft": loaded.aircraft.name,
         **({} if loaded.bird is None else {"bird": loaded.bird.name}),
+        "individual": scenario.individual,
         "seed": scenario.seed,
         "start_utc": scenario.start.time_utc.isoformat(),
         "rate_hz": scenario.recording.rate_hz,

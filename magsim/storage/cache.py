@@ -126,7 +126,7 @@ def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     for name in sorted(arrays):
         array = arrays[name]
         digest.update(f"{name}\0{array.dtype.str}\0{array.shape}\0".encode())
-        digest.update(array.tobytes())
+        digest.update(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)
     return np.frombuffer(digest.digest(), dtype=np.uint8)
 
 
@@ -144,7 +144,9 @@ def _read(path: Path) -> dict[str, np.ndarray] | None:
         checksum = arrays.pop(_CHECKSUM)
         if not np.array_equal(checksum, _digest(arrays)):
             return None
-        return {name: _frozen(name, array) for name, array in arrays.items()}
+        for array in arrays.values():
+            array.flags.writeable = False
+        return arrays
     except Exception:
         return None
 

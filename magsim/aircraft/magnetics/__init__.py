@@ -14,7 +14,15 @@ from magsim.aircraft.magnetics.coils import Coil
 from magsim.aircraft.magnetics.feeders import LOADS, Bus, Feeder, check_feeders, wire_at
 from magsim.aircraft.magnetics.memory import Memory
 from magsim.aircraft.magnetics.mounts import FlexMode, Mount
-from magsim.aircraft.magnetics.permanent import DIPOLE_CLEARANCE_M, SURFACES, Dipole, FixedDipole, HingedDipole, Surface
+from magsim.aircraft.magnetics.permanent import (
+    DIPOLE_CLEARANCE_M,
+    SURFACES,
+    Carried,
+    Dipole,
+    FixedDipole,
+    HingedDipole,
+    Surface,
+)
 from magsim.aircraft.magnetics.rotors import RotatingDipole, Rotor, check_rotors
 from magsim.aircraft.magnetics.skin import Body, BodyShell, DrawnOutline, Panel, Skin
 from magsim.aircraft.magnetics.steel import (
@@ -39,6 +47,7 @@ __all__ = [
     "BodyShell",
     "BoxSheet",
     "Bus",
+    "Carried",
     "Coil",
     "Cylinder",
     "Dipole",
@@ -78,6 +87,9 @@ class Magnetics(Strict):
     datum: str = Field(min_length=4, description="the structural point that is the origin of body axes")
     mounts: dict[Name, Mount] = Field(min_length=1)
     permanent: Annotated[tuple[FixedDipole, ...], Field(strict=False)] = ()
+    carried: Annotated[tuple[Carried, ...], Field(strict=False)] = Field(
+        default=(), description="people and cases, aboard where a scenario sets a day"
+    )
     hinged: Annotated[tuple[HingedDipole, ...], Field(strict=False)] = ()
     rotors: dict[Name, Rotor] = Field(default_factory=dict)
     rotating: Annotated[tuple[RotatingDipole, ...], Field(strict=False)] = ()
@@ -100,7 +112,8 @@ class Magnetics(Strict):
 
     @model_validator(mode="after")
     def _check_names(self) -> "Magnetics":
-        _unique("dipoles", (dipole.name for dipole in self._dipoles))
+        carried = [part.name for part in self.carried]
+        _unique("dipoles and what is carried", [*(dipole.name for dipole in self._dipoles), *carried])
         check_rotors(self.rotors, self.rotating)
         _unique("steel parts", (name for part in self.steel for name in part.names))
         _unique("coils", (coil.name for coil in self.coils))

@@ -4,10 +4,12 @@ import itertools
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, model_validator
 
-from magsim.aircraft.magnetics.base import Positive, Source
+from magsim.aircraft.magnetics.base import NonNegative, Positive, Source, as_tuple
 from magsim.config import Name, Strict
+
+Resistances = Annotated[tuple[NonNegative, ...], BeforeValidator(as_tuple)]
 
 
 class BodySection(Strict):
@@ -45,6 +47,24 @@ class Metal(Strict):
 
     conductivity_spm: Positive
     thickness_m: Positive = Field(description="of the metal")
+    seams_ohm_m: Resistances = Field(
+        default=(),
+        description="resistance of the joint of sheets at each section but the ends, times its length; the root of a "
+        "wing has one too; left out: no joints",
+    )
+
+    @property
+    def seam_places_m(self) -> tuple[float, ...]:
+        """Places where sheets are joined [m]."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _a_number_for_each(self) -> "Metal":
+        count = len(self.seam_places_m)
+        if self.seams_ohm_m and len(self.seams_ohm_m) != count:
+            msg = f"{len(self.seams_ohm_m)} seams_ohm_m; allowed: none, or one for each joint, {count}"
+            raise ValueError(msg)
+        return self
 
 
 def _ordered(places: Sequence[float], what: str) -> None:
@@ -86,9 +106,20 @@ class PanelShell(Shell):
 class Body(Metal, BodyShell):
     """A body of the skin."""
 
+    @property
+    def seam_places_m(self) -> tuple[float, ...]:
+        """Places along the forward axis where sheets are joined: all sections but the ends."""
+        return tuple(section.x_m for section in self.sections[1:-1])
+
 
 class Panel(Metal, PanelShell):
     """A wing or fin of the skin."""
+
+    @property
+    def seam_places_m(self) -> tuple[float, ...]:
+        """Places along the span where sheets are joined: all sections but the ends; a wing does not end at its root."""
+        first = 0 if self.span == "right" else 1
+        return tuple(section.at_m for section in self.sections[first:-1])
 
 
 def _check_names(parts: Sequence[Shell], what: str) -> None:

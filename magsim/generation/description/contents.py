@@ -56,8 +56,13 @@ def contents_of(folder: Path, dataset: str, made_on: dict[str, str], count: int)
 
 def _entry(recording: Recording) -> FlightEntry:
     splits = split_rows(recording[columns.SPLIT.pattern])
-    digest = str(recording.meta.get("digest", ""))
-    entry = {"name": recording.name, "rows": len(recording), "digest": digest, "splits": splits}
+    entry = {
+        "name": recording.name,
+        "rows": len(recording),
+        "digest": str(recording.meta.get("digest", "")),
+        "individual": recording.meta.get("individual", 0),
+        "splits": splits,
+    }
     return FlightEntry.model_validate(entry)
 
 

@@ -4,17 +4,32 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from magsim.aircraft.magnetics import Skin
+from magsim.aircraft.magnetics import Body, Skin
 from magsim.arrays import readonly
 from magsim.field.geometry.meshes import TriangleMesh
 from magsim.field.geometry.refine import distance_to_triangles
 from magsim.field.metal.eddy import Modes
 from magsim.field.metal.skin.mesh import graded, outline
-from magsim.field.metal.skin.shells import ThinShells, driven_modes, phasor_streams, stream_field
+from magsim.field.metal.skin.shells import (
+    NO_SEAMS,
+    Seams,
+    ThinShells,
+    driven_modes,
+    phasor_streams,
+    stream_field,
+)
 from magsim.storage import cached
+
+Arrays = dict[str, np.ndarray]
 
 ORDERS = 6
 """Orders of lag that the modes hold exactly: 18 modes, with errors below 1e-9 at 0.5 Hz and 1e-6 at 5 Hz."""
+
+MATERIAL = frozenset({"conductivity_spm", "thickness_m", "seams_ohm_m"})
+"""Keys of a part that its mesh does not depend on."""
+
+ON_SEAM_M = 1e-9
+"""How far a node on a joint may be off its plane: rounding."""
 
 CHECK_HZ = 0.5
 """Frequency at which the error of the modes is evaluated."""
@@ -73,6 +88,30 @@ class SkinModel:
         return np.all(distance_to_triangles(np.asarray(points, dtype=float), corners) >= longest, axis=1)
 
 
+def seam_edges(skin: Skin, surface: TriangleMesh, part: np.ndarray) -> Seams:
+    """Return the edges of a skin's mesh that lie on joints with a resistance.
+
+    Parameters
+    ----------
+    skin : Skin
+    surface : TriangleMesh
+    part : (t,) int
+        Number of the part that each triangle belongs to.
+    """
+    edges, ohm_m = [], []
+    for number, shell in enumerate(skin.parts):
+        own = surface.triangles[part == number]
+        ends = np.unique(np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
+        axis = 0 if isinstance(shell, Body) else 1 if shell.span == "right" else 2
+        places = surface.vertices[:, axis]
+        places = np.abs(places) if axis == 1 else places
+        for place, resistance in zip(shell.seam_places_m, shell.seams_ohm_m, strict=False):
+            on = ends[np.all(np.abs(places[ends] - place) < ON_SEAM_M, axis=1)]
+            edges.append(on)
+            ohm_m.append(np.full(len(on), resistance))
+    return Seams(np.concatenate(edges), np.concatenate(ohm_m)) if edges else NO_SEAMS
+
+
 def shells_of(skin: Skin, points: np.ndarray, *, element_m: float | None = None) -> ThinShells:
     """Return the mesh of a skin with its conductances, finer between near parts and around places.
 
@@ -91,8 +130,12 @@ def shells_of(skin: Skin, points: np.ndarray, *, element_m: float | None = None)
     """
     element = skin.element_m if element_m is None else element_m
     mesh = graded(outline(skin, element_m=element), element, points)
-    conductance = np.array([part.conductivity_spm * part.thickness_m for part in skin.parts])
-    return ThinShells(mesh.surface, conductance[mesh.part])
+    return _shells(skin, mesh.surface, mesh.part)
+
+
+def _shells(skin: Skin, surface: TriangleMesh, part: np.ndarray, inductance: np.ndarray | None = None) -> ThinShells:
+    conductance = np.array([shell.conductivity_spm * shell.thickness_m for shell in skin.parts])
+    return ThinShells(surface, conductance[part], seam_edges(skin, surface, part), inductance)
 
 
 def compute_skin(skin: Skin, points: np.ndarray) -> SkinModel:
@@ -103,17 +146,37 @@ def compute_skin(skin: Skin, points: np.ndarray) -> SkinModel:
     ValueError
         If the mesh is not sound, or a place is too close to the metal.
     """
-    return SkinModel(**_solve(skin, points))
+    return SkinModel(**_solve(skin, _geometry(skin, points)))
 
 
 def load_skin(skin: Skin, points: np.ndarray) -> SkinModel:
-    """Return the result of ``compute_skin``, from the cache where it is known."""
-    key = {"skin": skin.model_dump(mode="json"), "points": points}
-    return SkinModel(**cached("skin", key, lambda: _solve(skin, points)))
+    """Return the result of ``compute_skin``, from the cache where it is known.
+
+    Mesh and inductance are cached beside it: they are those of all skins of the same shape.
+    """
+    shape = skin.model_dump(mode="json", exclude={"parts": {"__all__": {*MATERIAL, "source"}}})
+
+    def solve() -> Arrays:
+        return _solve(skin, cached("skin_geometry", {"skin": shape, "points": points}, lambda: _geometry(skin, points)))
+
+    return SkinModel(**cached("skin", {"skin": skin.model_dump(mode="json"), "points": points}, solve))
 
 
-def _solve(skin: Skin, points: np.ndarray) -> dict[str, np.ndarray]:
-    shells = shells_of(skin, points)
+def _geometry(skin: Skin, points: np.ndarray) -> Arrays:
+    """Return mesh and inductance, which do not depend on the metal."""
+    mesh = graded(outline(skin), skin.element_m, points)
+    shells = _shells(skin, mesh.surface, mesh.part)
+    return {
+        "vertices": mesh.surface.vertices,
+        "triangles": mesh.surface.triangles,
+        "part": mesh.part,
+        "inductance": shells.inductance,
+    }
+
+
+def _solve(skin: Skin, geometry: Arrays) -> Arrays:
+    surface = TriangleMesh(geometry["vertices"], geometry["triangles"])
+    shells = _shells(skin, surface, geometry["part"], geometry["inductance"])
     modes = driven_modes(shells, ORDERS)
     whole = phasor_streams(shells, CHECK_HZ)
     return {

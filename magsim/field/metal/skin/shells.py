@@ -27,6 +27,25 @@ DEPENDENT = 1e-9
 
 
 @dataclass(frozen=True)
+class Seams:
+    """Joints of sheets along edges of a mesh, which resist the current that crosses them.
+
+    Attributes
+    ----------
+    edges : (e, 2) int
+        Nodes at the ends of each edge.
+    ohm_m : (e,) [ohm m]
+        Resistance of the joint times its length: voltage across it over current for each meter.
+    """
+
+    edges: np.ndarray
+    ohm_m: np.ndarray
+
+
+NO_SEAMS = Seams(np.empty((0, 2), dtype=int), np.empty(0))
+
+
+@dataclass(frozen=True)
 class ThinShells:
     """Thin conducting shells, closed or open, one or several, electrically separate where they share no node.
 
@@ -36,10 +55,15 @@ class ThinShells:
         Each connected part consistently oriented.
     conductance_s : float or (t,) [S]
         Conductivity times thickness.
+    seams : Seams
+    known_inductance : (c, c) [H], optional
+        ``L`` where it has been computed before: it depends on the surface alone.
     """
 
     surface: TriangleMesh
     conductance_s: float | np.ndarray
+    seams: Seams = NO_SEAMS
+    known_inductance: np.ndarray | None = None
 
     @cached_property
     def panels(self) -> Panels:
@@ -110,14 +134,31 @@ class ThinShells:
 
     @cached_property
     def resistance(self) -> sparse.csc_array:
-        """``R``, (c, c) [ohm]; symmetric positive definite."""
+        """``R``, (c, c) [ohm]; symmetric positive definite.
+
+        Of a seam, the current through an edge of length ``l`` is the step of ``psi`` along it, so ``ohm_m / l`` times
+        its square is the power.
+        """
         weight = self.panels.areas / self.conductance_s
         diagonal = sparse.diags_array(weight)
-        return sparse.csc_array(sum(part.T @ diagonal @ part for part in self.currents))
+        sheets = sum(part.T @ diagonal @ part for part in self.currents)
+        if len(self.seams.ohm_m):
+            tail, head = self.seams.edges.T
+            rows = np.arange(len(tail))
+            step = sparse.csr_array(
+                (np.repeat([1.0, -1.0], len(tail)), (np.tile(rows, 2), np.concatenate([head, tail]))),
+                shape=(len(tail), len(self.surface.vertices)),
+            )
+            length = np.linalg.norm(self.surface.vertices[head] - self.surface.vertices[tail], axis=1)
+            crossing = step @ self.spread
+            sheets = sheets + crossing.T @ sparse.diags_array(self.seams.ohm_m / length) @ crossing
+        return sparse.csc_array(sheets)
 
     @cached_property
     def inductance(self) -> np.ndarray:
         """``L``, (c, c) [H]; symmetric positive definite."""
+        if self.known_inductance is not None:
+            return self.known_inductance
         potentials = mutual_potentials(self.panels)
         turned = [part.T.tocsr() for part in self.currents]
         total = reduce(np.add, [part @ (part @ potentials).T for part in turned])

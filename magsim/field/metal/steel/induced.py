@@ -13,6 +13,7 @@ field of 1 A/m, so responses have no unit.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -144,6 +145,32 @@ def charge_gradient(panels: Panels, charge: np.ndarray, points: np.ndarray) -> n
     return np.stack([-np.einsum("tij,tk->ikj", hessian(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
 
 
+@dataclass(frozen=True)
+class Condensed:
+    """Equations of several parts on the ``b`` nodes of their surfaces: ``(outside + stiffness) u = outside x``.
+
+    ``u`` is the whole potential, ``u - x`` the reduced one, for an ambient field along ``x``.
+
+    Attributes
+    ----------
+    nodes : (b, 3) [m]
+    outside : (b, b) [m]
+        ``M^T V^-1 M``: what the air around answers.
+    layer : (t, b) [1/m]
+        ``V^-1 M``: the charge for a reduced potential.
+    places : list of (p,) int
+        The nodes of each part.
+    stiffness : list of (p, p) [m]
+        ``K_bb - K_bi K_ii^-1 K_ib`` of each part.
+    """
+
+    nodes: np.ndarray
+    outside: np.ndarray
+    layer: np.ndarray
+    places: list[np.ndarray]
+    stiffness: list[np.ndarray]
+
+
 class InducedModel:
     """Soft-magnetic parts, discretized and factorized; solves for any ambient potential.
 
@@ -219,6 +246,22 @@ class InducedModel:
             self._lower = splu(self._stiffness[self._inner][:, self._inner].tocsc())
             matrix -= coupling.T @ self._lower.solve(coupling.toarray())
         self._schur = cho_factor(matrix, lower=True)
+
+    def condensed(self) -> "Condensed":
+        """Return the equations on the nodes of the surface alone, part by part."""
+        places, stiffness = [], []
+        full = {nodes.start: matrix for nodes, matrix in self._full}
+        for start, stop in pairwise(self.starts):
+            own = np.arange(start, stop)
+            outer, inner = np.intersect1d(own, self._surface), np.intersect1d(own, self._inner)
+            matrix = full[start] if start in full else self._stiffness[outer][:, outer].toarray()
+            if len(inner):
+                coupling = self._stiffness[inner][:, outer].toarray()
+                matrix = matrix - coupling.T @ splu(self._stiffness[inner][:, inner].tocsc()).solve(coupling)
+            places.append(np.searchsorted(self._surface, outer))
+            stiffness.append(matrix)
+        layer = solve_triangular(self._root, self._half, lower=True, trans="T")
+        return Condensed(self.nodes[self._surface], self._half.T @ self._half, layer, places, stiffness)
 
     def stiff(self, potential: np.ndarray) -> np.ndarray:
         """Apply K to potentials at the nodes, (n, k)."""

@@ -1,0 +1,140 @@
+"""How far the aircraft of a type, and the days of an aircraft, differ: every size with its source.
+
+``docs/population.md`` prints this table. Sizes without a published source are estimates of ours.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Scatter of one quantity.
+
+    Attributes
+    ----------
+    of : str
+        What scatters.
+    law : str
+        Distribution, in words.
+    size : tuple of float
+        Its numbers, in the order of ``law``.
+    unit : str
+    source : str
+    """
+
+    of: str
+    law: str
+    size: tuple[float, ...]
+    unit: str
+    source: str
+
+    @property
+    def row(self) -> str:
+        """The spread as a row of a Markdown table."""
+        sizes = ", ".join(f"{size:g}" for size in self.size)
+        return f"| {self.of} | {self.law} | {sizes} | {self.unit} | {self.source} |"
+
+
+INDIVIDUAL: Mapping[str, Spread] = {
+    "fitting": Spread(
+        "moment of a small fitting",
+        "lognormal in size (sigma of the logarithm), in any direction",
+        (0.5,),
+        "1",
+        "estimate: remanence of small steel parts is that of their history",
+    ),
+    "machine": Spread(
+        "moment of engine or motor",
+        "normal in size, and turned about any axis across it by a normal angle",
+        (0.1, 10.0),
+        "1, deg",
+        "estimate: series of one design, mounted by hand",
+    ),
+    "susceptibility": Spread(
+        "`mu_r - 1` of a steel part",
+        "lognormal (sigma of the logarithm)",
+        (0.3,),
+        "1",
+        "estimate: heats of one steel differ in weak fields as 100 to 300 do",
+    ),
+    "thickness": Spread(
+        "thickness of steel sheets and of the skin",
+        "normal",
+        (0.05,),
+        "1",
+        "estimate: rolling tolerance of sheets of about 1 mm",
+    ),
+    "wire": Spread(
+        "place of a wire",
+        "even along each axis, either way",
+        (0.02,),
+        "m",
+        "estimate: bundles between clamps",
+    ),
+    "pitch": Spread(
+        "turn of a twisted pair",
+        "lognormal in length (sigma of the logarithm); two wires side by side lie any way around",
+        (0.1,),
+        "1",
+        "estimate: twisted by hand or by machine",
+    ),
+    "chassis": Spread(
+        "share of return current through chassis or skin: field of a `loop` path",
+        "even about 1, either way",
+        (0.3,),
+        "1",
+        "estimate: bonds of different resistance",
+    ),
+    "mount": Spread(
+        "place of a mount",
+        "even along each axis, either way",
+        (0.005,),
+        "m",
+        "estimate: brackets drilled by hand",
+    ),
+    "seat": Spread(
+        "seat (`notch_m` of a part)",
+        "whole notches, either way, all alike",
+        (3.0,),
+        "notches",
+        "estimate: rail with a notch every 25 mm, crews of different height",
+    ),
+    "seam": Spread(
+        "resistance of a joint of the skin, times its length",
+        "lognormal (median, sigma of the logarithm)",
+        (5e-6, 0.7),
+        "ohm m, 1",
+        "estimate: 0.2 milliohm for each rivet, 25 mm between them: as much as 0.09 m of 1 mm sheet",
+    ),
+    "loop": Spread(
+        "joints in a loop that stands for the skin, over its resistance",
+        "lognormal (median, sigma of the logarithm)",
+        (0.1, 0.7),
+        "1",
+        "estimate: as the joints of a skin, one each meter",
+    ),
+    "offset_drift": Spread(
+        "fluxgate: offset over temperature, where the scenario gives none",
+        "even between two sizes, either sign",
+        (0.1, 0.6),
+        "nT/K",
+        "estimate: range of makers' sheets",
+    ),
+    "scale_drift": Spread(
+        "fluxgate: scale over temperature, where the scenario gives none",
+        "even between two sizes, either sign",
+        (20.0, 100.0),
+        "ppm/K",
+        "estimate: range of makers' sheets; about 100 is published for closed-loop fluxgates (Compensation of the "
+        "thermal drift in the sensitivity of fundamental-mode orthogonal fluxgates, J. Appl. Phys.)",
+    ),
+    "refit": Spread(
+        "fluxgate refitted: misalignment, each angle",
+        "normal",
+        (0.3,),
+        "deg",
+        "estimate: bracket taken off and put back",
+    ),
+}
+"""How individuals differ."""

@@ -1,0 +1,23 @@
+"""The page of populations prints the spreads that are drawn from."""
+
+import re
+
+from magsim.population import INDIVIDUAL
+from tests.support.paths import ROOT
+
+HEAD = "| what | law | size | unit | source |\n|---|---|---|---|---|\n"
+
+
+def _between(mark: str) -> str:
+    text = (ROOT / "docs" / "population.md").read_text(encoding="utf-8")
+    (found,) = re.findall(rf"<!-- {mark} -->\n\n(.*?)\n\n<!-- end -->", text, flags=re.DOTALL)
+    return found
+
+
+def test_the_spreads_of_individuals_are_on_the_page() -> None:
+    assert _between("individuals") == HEAD + "\n".join(spread.row for spread in INDIVIDUAL.values())
+
+
+def test_every_spread_has_a_source() -> None:
+    for spread in INDIVIDUAL.values():
+        assert spread.source.startswith("estimate") or "published" in spread.source
