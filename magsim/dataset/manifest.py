@@ -28,7 +28,7 @@ class FlightEntry(Strict):
     name: Name
     rows: Count
     digest: Text = Field(description="of the scenario with its aircraft")
-    individual: Count = Field(default=0, description="which aircraft of its type flew; 0 is the nominal one")
+    individual: Count | None = Field(default=None, description="which aircraft of its type flew; not the nominal one")
     splits: dict[Literal["train", "valid", "test"], Count] = Field(description="rows of each split")
 
 

@@ -60,7 +60,7 @@ def _entry(recording: Recording) -> FlightEntry:
         "name": recording.name,
         "rows": len(recording),
         "digest": str(recording.meta.get("digest", "")),
-        "individual": recording.meta.get("individual", 0),
+        "individual": recording.meta.get("individual") or None,
         "splits": splits,
     }
     return FlightEntry.model_validate(entry)
