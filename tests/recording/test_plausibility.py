@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from magsim import assets
+from magsim.field import load_response
+from magsim.loading import load_scenario
 from magsim.recording import Recording
-from magsim.recording.plausibility import warnings_of
+from magsim.recording.plausibility import LEAST_NT, MOST_NT, warnings_of
 
 N = 400
 
@@ -102,3 +105,27 @@ def test_loads_that_are_seldom_on_are_told():
     (text,) = warnings_of(recorded(45.0, times_on={"strobe": 300, "com_1": 1, "fuel_pump": 3}))
     assert text.startswith("load com_1 is on 1 times in training rows")
     assert "field.electronics.least_times_on = 3" in text
+
+
+# ---- what is shipped --------------------------------------------------------------------------------------------
+
+
+def test_shipped_flights_do_not_warn(calibration: Recording, paper_world: Recording) -> None:
+    assert warnings_of(calibration) == ()
+    assert warnings_of(paper_world) == ()
+
+
+def test_levels_at_the_mounts_of_all_shipped_scenarios_are_plausible() -> None:
+    """Permanent and induced field in 50 000 nT: what a flight shows follows from them, and is far from both limits."""
+    found = {}
+    for name in assets.list_scenarios():
+        loaded = load_scenario(name)
+        for sensor in loaded.scenario.sensors.scalar:
+            vehicle = loaded.bird if sensor.body == "bird" else loaded.aircraft
+            assert vehicle is not None
+            response = load_response(vehicle)
+            row = response.rows((sensor.mount,))[0]
+            level = np.linalg.norm(response.permanent_nt[row]) + 5e4 * np.linalg.norm(response.induced[row], 2)
+            found[vehicle.name, sensor.mount] = level
+    assert {name for name, _ in found} >= {"c208b", "uav", "bird"}
+    assert all(30.0 * LEAST_NT < level < MOST_NT / 2.0 for level in found.values()), found
