@@ -14,7 +14,7 @@ from magsim.aircraft import Aircraft, Bird, load_aircraft, load_bird
 from magsim.config import Document
 from magsim.errors import RequestError
 from magsim.planning import FlyableScenario
-from magsim.population import individual_of
+from magsim.population import what_is_flown
 from magsim.scenario import Scenario, Tow, TrackLog, TrackPattern, ground_of
 from magsim.scenario.tracklog import TrackProblemsError, read_track, start_of
 from magsim.terrain import Ground
@@ -29,8 +29,9 @@ class LoadedScenario:
     name : str
         Name of the scenario: the file's stem.
     scenario : Scenario
+        With what its day sets.
     aircraft : Aircraft
-        The individual that flies.
+        The individual that flies, on that day.
     text : str
         The scenario file as it was read.
     overrides : tuple of str
@@ -157,13 +158,12 @@ def _loaded(
     except RequestError as error:
         document.validate(FlyableScenario, context=context, also=[("terrain.file", str(error))])
     try:
-        aircraft = individual_of(aircraft, scenario.individual)
-        bird = None if bird is None else individual_of(bird, scenario.individual)
+        flown, aircraft, bird = what_is_flown(scenario, aircraft, bird)
     except RequestError as error:
         document.validate(FlyableScenario, context=context, also=[("individual", str(error))])
     return LoadedScenario(
         name,
-        scenario,
+        flown,
         aircraft,
         document.text,
         tuple(overrides),

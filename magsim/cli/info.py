@@ -102,7 +102,18 @@ def _details(recording: "Recording") -> Iterator[TitledTable]:
 
 
 def _provenance(recording: "Recording") -> TitledTable:
-    flown = ("scenario", "aircraft", "bird", "individual", "seed", "overrides", "digest", "version", "main_field")
+    flown = (
+        "scenario",
+        "aircraft",
+        "bird",
+        "individual",
+        "day",
+        "seed",
+        "overrides",
+        "digest",
+        "version",
+        "main_field",
+    )
     keys = (*flown, "filter", "simulation_rate_hz")
     rows = tuple((key, _word(recording.meta[key])) for key in keys if recording.meta.get(key) not in (None, [], ""))
     return TitledTable("Provenance", ("key", "value"), rows or (("-", "no provenance"),))

@@ -29,6 +29,7 @@ class FlightEntry(Strict):
     rows: Count
     digest: Text = Field(description="of the scenario with its aircraft")
     individual: Count | None = Field(default=None, description="which aircraft of its type flew; not the nominal one")
+    day: Count | None = Field(default=None, description="on which of its days, where one was set")
     splits: dict[Literal["train", "valid", "test"], Count] = Field(description="rows of each split")
 
 

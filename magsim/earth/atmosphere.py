@@ -29,6 +29,11 @@ def standard_density(alt_m: float | np.ndarray) -> float | np.ndarray:
     return RHO0 * (1.0 - _LAPSE * alt_m / _SEA_LEVEL_K) ** 4.2558797
 
 
+def standard_temperature_c(height_m: float) -> float:
+    """Return the temperature [degC] at a geopotential height [m], constant above the tropopause."""
+    return _SEA_LEVEL_K - _LAPSE * min(height_m, _TROPOPAUSE_M) - 273.15
+
+
 def geopotential_height(height_m: np.ndarray) -> np.ndarray:
     """Return the geopotential height of heights above mean sea level, (n,) [m]; at 4 km it is 2.4 m less."""
     return RADIUS_M * height_m / (RADIUS_M + height_m)

@@ -72,6 +72,12 @@ def box(random: np.random.Generator, half: float) -> np.ndarray:
     return random.uniform(-half, half, 3)
 
 
+def between(random: np.random.Generator, sizes: tuple[float, ...]) -> float:
+    """Return a number even between two."""
+    least, largest = sizes
+    return float(random.uniform(least, largest))
+
+
 def either_sign(random: np.random.Generator, least: float, largest: float) -> Vector:
     """Return three numbers of sizes even between two, with any signs."""
     x, y, z = random.uniform(least, largest, 3) * random.choice([-1.0, 1.0], 3)

@@ -138,3 +138,105 @@ INDIVIDUAL: Mapping[str, Spread] = {
     ),
 }
 """How individuals differ."""
+
+DAY: Mapping[str, Spread] = {
+    "remanence": Spread(
+        "moment of a part without `magnet`: step from one day to the next, over its size, in any direction",
+        "lognormal (median, 95th percentile)",
+        (0.01, 0.05),
+        "1",
+        "estimate: shocks, heat and fields on the ground",
+    ),
+    "air": Spread(
+        "outside temperature over that of the standard atmosphere at the start's height",
+        "normal",
+        (8.0,),
+        "K",
+        "estimate: days of one season at middle latitudes; lapse of 6.5 K/km: published, ICAO Doc 7488",
+    ),
+    "cabin": Spread(
+        "cabin of a crew after a long time",
+        "normal (mean, standard deviation)",
+        (18.0, 3.0),
+        "degC",
+        "estimate: heater by hand",
+    ),
+    "bay": Spread(
+        "instruments without a crew, over the outside",
+        "fixed",
+        (8.0,),
+        "K",
+        "estimate: their own heat",
+    ),
+    "climb": Spread(
+        "time from the ground to the first row, in which the cabin approaches its temperature",
+        "even between two",
+        (600.0, 1800.0),
+        "s",
+        "estimate: climb to 3000 m and transit",
+    ),
+    "seam": Spread(
+        "resistance of each joint of the skin, over that of the individual",
+        "lognormal (sigma of the logarithm)",
+        (0.1,),
+        "1",
+        "estimate: joints work with load and temperature",
+    ),
+    "payload": Spread(
+        "payload over that of the aircraft's file",
+        "normal",
+        (0.06,),
+        "1",
+        "estimate: one of the crew more or less",
+    ),
+    "fuel": Spread(
+        "fuel over the capacity of the tanks",
+        "even between two",
+        (0.4, 0.85),
+        "1",
+        "estimate: from two hours to a long survey flight",
+    ),
+    "wind": Spread(
+        "each component of the wind over the airspeed",
+        "normal",
+        (0.05,),
+        "1",
+        "estimate: surveys and drones fly in weak wind",
+    ),
+    "turbulence": Spread(
+        "standard deviation of the vertical gusts",
+        "even between two",
+        (0.3, 1.0),
+        "m/s",
+        "estimate: light air, in which surveys are flown",
+    ),
+    "daily": Spread(
+        "daily variation over the defaults of `[field.variation]`",
+        "lognormal (sigma of the logarithm)",
+        (0.3,),
+        "1",
+        "estimate: it changes from day to day by about a third",
+    ),
+    "pulsations": Spread(
+        "pulsations and drift over those defaults, each",
+        "lognormal (sigma of the logarithm)",
+        (0.6,),
+        "1",
+        "estimate: quiet and restless days differ by more than three",
+    ),
+}
+"""How the days of an individual differ."""
+
+MAGNETS: Mapping[str, tuple[float, str]] = {
+    "ferrite": (-0.0020, "estimate: makers' figures of sintered ferrite"),
+    "alnico": (-0.0002, "published: about -0.02 %/K (sourcebyspec.com, magnetic material selection)"),
+    "ndfeb": (-0.0011, "published: -0.09 to -0.12 %/K (advancedmagnets.com, temperature coefficients)"),
+}
+"""Relative change of a magnet's moment for each kelvin, with its source."""
+
+ALUMINUM_PER_K = 0.002
+"""Relative change of the resistivity of 2024-T3 for each kelvin: estimate, 0.004 of the pure metal times its 30 % IACS
+over 61 % (Matthiessen's rule)."""
+
+REFERENCE_C = 20.0
+"""Temperature at which the moments and the conductivities of aircraft files hold."""

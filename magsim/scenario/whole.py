@@ -76,6 +76,12 @@ class Scenario(Strict):
     individual: int = Field(
         default=0, ge=0, lt=2**31, description="which aircraft of the type, and which bird; 0: the nominal ones"
     )
+    day: int = Field(
+        default=0,
+        ge=0,
+        le=10_000,
+        description="which day of that individual, in whose weather and load; 0: the aircraft as built, nothing drawn",
+    )
     start: Start
     terrain: Terrain | None = Field(default=None, description="the ground; without it, the ellipsoid")
     loading: Loading = Loading()

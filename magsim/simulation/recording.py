@@ -118,6 +118,7 @@ def _meta(
         "aircraft": loaded.aircraft.name,
         **({} if loaded.bird is None else {"bird": loaded.bird.name}),
         "individual": scenario.individual,
+        "day": scenario.day,
         "seed": scenario.seed,
         "start_utc": scenario.start.time_utc.isoformat(),
         "rate_hz": scenario.recording.rate_hz,

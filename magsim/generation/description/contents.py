@@ -61,6 +61,7 @@ def _entry(recording: Recording) -> FlightEntry:
         "rows": len(recording),
         "digest": str(recording.meta.get("digest", "")),
         "individual": recording.meta.get("individual") or None,
+        "day": recording.meta.get("day") or None,
         "splits": splits,
     }
     return FlightEntry.model_validate(entry)

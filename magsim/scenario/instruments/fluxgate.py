@@ -41,6 +41,12 @@ class FluxgateSensor(Sensor, InstrumentClock, PresetTable):
     scale_error: Vector = Field(default=(0.0, 0.0, 0.0), description="relative, 0.001 is 0.1 %")
     nonorthogonality_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="angles xy, xz, yz beyond 90")
     misalignment_deg: Vector = Field(default=(0.0, 0.0, 0.0), description="roll, pitch, yaw of the mounting")
+    refit: int = Field(
+        default=0,
+        ge=0,
+        le=10_000,
+        description="how often it was taken off and put back: each draws a misalignment more",
+    )
     flexure_deg_g: Vector = Field(
         default=(0.0, 0.0, 0.0),
         description="turn about x, y, z against the INS for each g beyond 1, as the airframe between bends",

@@ -235,7 +235,7 @@ def load_steel(aircraft: Vehicle) -> SteelModel:
     """
     nominal = aircraft.nominal
     own, bare = aircraft.magnetics.steel, any(not dipole.installed for dipole in aircraft.magnetics.permanent)
-    if nominal is None or bare or not own or not in_family(own, nominal.magnetics.steel):
+    if nominal is None or bare or own == nominal.magnetics.steel or not in_family(own, nominal.magnetics.steel):
         return _model(aircraft, lambda key, make: cached("steel", key, make))
     of_type = nominal.magnetics.steel
 
