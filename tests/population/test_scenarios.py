@@ -61,7 +61,7 @@ def test_what_cannot_be_built_is_refused_with_its_key(write, monkeypatch) -> Non
     def none(vehicle, number):
         raise RequestError(f"no individual {number} of {vehicle.name} can be built: x; allowed: parts farther apart")
 
-    monkeypatch.setattr("magsim.loading.individual_of", none)
+    monkeypatch.setattr("magsim.population.flown.individual_of", none)
     (line,) = problems(write(), "individual=2")
     assert line.startswith("--set individual: no individual 2 of c208b can be built")
 
