@@ -12,8 +12,8 @@ from tests.support.scenarios import WriteScenario, writer
 
 @pytest.fixture(scope="session")
 def calibration() -> Recording:
-    """The shipped calibration flight."""
-    return simulate(load_scenario("calibration_c208b"))
+    """The shipped calibration flight in still air."""
+    return simulate(load_scenario("calibration_c208b_calm"))
 
 
 @pytest.fixture(scope="session")

@@ -29,7 +29,7 @@ def test_the_readme_in_python_runs(calibration, monkeypatch):
     monkeypatch.setattr("magsim.simulation.simulate", simulate)
     names: dict[str, object] = {}
     exec(compile(block, "README.md", "exec"), names)
-    assert asked == [("calibration_c208b", {"seed": 3, "set": {"air.turbulence_severity": 2}})]
+    assert asked == [("calibration_c208b", {"seed": 3, "set": {"air.turbulence_mps": 1.5}})]
     report = names["report"]
     assert report.methods == ("tolles_lawson", "tl18", "noise_floor")
     assert [fit.method for fit in report.fits if fit.given] == ["tolles_lawson"]

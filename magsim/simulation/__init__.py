@@ -58,7 +58,7 @@ def simulate(
 
     Examples
     --------
-    >>> recording = magsim.simulate("calibration_c208b", seed=3, set={"air.turbulence_severity": 2})
+    >>> recording = magsim.simulate("calibration_c208b", seed=3, set={"air.turbulence_mps": 1.5})
     """
     if progress is not None and not callable(progress):
         msg = f"progress: is of type {type(progress).__name__}; allowed: a function of a step's name and its share done"

@@ -32,7 +32,7 @@ def left(recording: Recording, method: TollesLawson, sensor: str) -> tuple[float
 
 def carrier_rows() -> list[Row]:
     """The Cessna with its electronics off and on, and with moving flaps."""
-    flights = {f"calibration_{name}": ("calibration_c208b", value) for name, value in CALIBRATION.items()}
+    flights = {f"calibration_{name}": ("calibration_c208b_calm", value) for name, value in CALIBRATION.items()}
     flights["flaps"] = ("electronics_c208b", "true")
     rows = []
     for name, (scenario, enabled) in flights.items():

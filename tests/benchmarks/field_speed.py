@@ -18,7 +18,7 @@ from magsim.flight import fly
 from magsim.loading import load_scenario
 from tests.benchmarks.rows import at_most, finish, stated
 
-SCENARIO = "calibration_c208b"
+SCENARIO = "calibration_c208b_calm"
 OVERRIDES = (
     "field.electronics.enabled=true",
     "field.flex.enabled=true",

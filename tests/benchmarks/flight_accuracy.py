@@ -34,7 +34,7 @@ AMPLITUDES_DEG = (5.0, 10.0, 15.0)
 PERIOD_S = 5.0
 AXES = ("pitch", "roll", "yaw")
 ANGLES = {"roll": 0, "pitch": 1, "yaw": 2}
-SHIPPED = "calibration_c208b"
+SHIPPED = "calibration_c208b_calm"
 USUAL = {"c208b": (75.0, 3000.0), "uav": (25.0, 100.0)}
 """Speed [m/s] and height [m] of each aircraft."""
 

@@ -29,7 +29,7 @@ def main() -> None:
     """Measure in turn, take medians of the ratios."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else")
-    parser.add_argument("--scenario", default="calibration_c208b")
+    parser.add_argument("--scenario", default="calibration_c208b_calm")
     parser.add_argument("--repeat", type=int, default=5)
     arguments = parser.parse_args()
 

@@ -26,7 +26,7 @@ def rows() -> list[Row]:
     """Raw in band, RMS of all interference, and what Tolles-Lawson leaves, world by world."""
     out = []
     for name, overrides in WORLDS.items():
-        flight = simulate(load_scenario("calibration_c208b", overrides))
+        flight = simulate(load_scenario("calibration_c208b_calm", overrides))
         interference, judged = flight["interference_cabin_nt"], flight.where(circuit=2)
         method = TollesLawson(terms=16)
         method.fit([flight.where(circuit=1).labeled()], sensor="cabin")

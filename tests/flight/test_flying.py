@@ -277,7 +277,7 @@ def test_the_seed_is_the_weather(cessna: Aircraft, scenario_of: ScenarioOf) -> N
 
 
 def test_the_shipped_flight_meets_its_figures() -> None:
-    loaded = load_scenario("calibration_c208b")
+    loaded = load_scenario("calibration_c208b_calm")
     flight = fly(loaded.scenario, loaded.aircraft)
     pattern = loaded.scenario.pattern
     assert len(flight.maneuvers) == 4 * pattern.circuits * len(pattern.maneuvers)

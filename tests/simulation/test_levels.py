@@ -31,7 +31,7 @@ from tests.support import scores
 
 @pytest.fixture(scope="module")
 def flight():
-    loaded = load_scenario("calibration_c208b")
+    loaded = load_scenario("calibration_c208b_calm")
     return fly(loaded.scenario, loaded.aircraft)
 
 
@@ -90,7 +90,7 @@ def test_raw_interference_in_band_is_that_of_a_cabin(calibration):
 
 
 def test_raw_interference_in_band_is_that_of_a_rear_ceiling(flight):
-    loaded = load_scenario("calibration_c208b", CEILING)
+    loaded = load_scenario("calibration_c208b_calm", CEILING)
     truth = compute_field(loaded.scenario, loaded.aircraft, flight)
     label = record(loaded, flight, {"carrier": truth})[columns.INTERFERENCE.name(sensor="ceiling")]
     assert 8.0 <= scores.band_std(label, loaded.scenario.recording.rate_hz) <= 25.0

@@ -24,7 +24,7 @@ LINEAR = (
 
 @pytest.fixture(scope="module")
 def flight():
-    return simulate(load_scenario("calibration_c208b", LINEAR))
+    return simulate(load_scenario("calibration_c208b_calm", LINEAR))
 
 
 def terms(direction, rate):
