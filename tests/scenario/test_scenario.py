@@ -46,6 +46,24 @@ def test_the_calibration_flight_is_that_of_paper_000():
         assert first != [train.amplitude(leg) for leg in range(4, 8)]
 
 
+def test_the_calm_twin_is_the_calibration_flight_in_still_air():
+    light, calm = (load_scenario(f"calibration_c208b{end}").scenario.model_dump() for end in ("", "_calm"))
+    assert 0.5 <= light["air"]["turbulence_mps"] <= 1.0
+    light["title"] = calm["title"]
+    light["air"]["turbulence_mps"] = 0.0
+    light["field"]["earth"]["departure"]["enabled"] = False
+    assert light == calm
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["calibration_c208b_cloverleaf", "electronics_c208b", "geology_c208b", "patterns/survey", "patterns/drape"],
+)
+def test_surveys_and_calibrations_are_flown_in_light_air(name):
+    air = load_scenario(name).scenario.air
+    assert 0.5 <= air.turbulence_mps <= 1.0
+
+
 def test_the_world_of_paper_000_has_its_sources_and_sensors_alone():
     scenario = load_scenario("papers/000_simulated").scenario
     field = scenario.field
@@ -60,7 +78,7 @@ def test_the_world_of_paper_000_has_its_sources_and_sensors_alone():
     for vector in (fluxgate.offset_nt, fluxgate.scale_error, fluxgate.nonorthogonality_deg, fluxgate.misalignment_deg):
         assert vector == (0.0, 0.0, 0.0)
     assert scenario.sensors.ins.model_dump() == type(scenario.sensors.ins)().model_dump()
-    assert scenario.air.turbulence_severity == 0
+    assert (scenario.air.turbulence_severity, scenario.air.turbulence_mps) == (0, 0.0)
 
 
 def test_the_two_readings_of_the_figure_of_merit(write):

@@ -83,8 +83,9 @@ def prism() -> list[Row]:
 
 def splines() -> list[Row]:
     """Crust and targets of a line in moderate turbulence, against each mount's own place at every tenth sample."""
-    short = ("pattern.lines=1", "pattern.ties=0", "recording.train_circuits=[1]", "air.turbulence_severity=4")
-    loaded = load_scenario("geology_c208b", short)
+    short = ("pattern.lines=1", "pattern.ties=0", "recording.train_circuits=[1]")
+    rough = ("air.turbulence_mps=0.0", "air.turbulence_severity=4")
+    loaded = load_scenario("geology_c208b", (*short, *rough))
     scenario, aircraft, ground = loaded.scenario, loaded.aircraft, loaded.ground
     flight = fly(scenario, aircraft, ground=ground)
     situation = Situation.of(scenario, aircraft.magnetics, flight, load_response(aircraft), ground)
