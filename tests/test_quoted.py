@@ -26,9 +26,9 @@ def test_quoted_figures_are_those_of_the_scenario(name: str) -> None:
         for quote in QUOTES:
             for found in re.finditer(quote.phrase, comment):
                 figures = list(quote.figures(loaded(name)))
-                assert all(
-                    rounds_to(value, printed) for value, printed in zip(figures, found.groups(), strict=True)
-                ), f"{name}: '{found[0]}', but it is {', '.join(f'{value:.6g}' for value in figures)}"
+                assert all(rounds_to(value, printed) for value, printed in zip(figures, found.groups(), strict=True)), (
+                    f"{name}: '{found[0]}', but it is {', '.join(f'{value:.6g}' for value in figures)}"
+                )
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

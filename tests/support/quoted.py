@@ -145,7 +145,8 @@ QUOTES = (
         lambda s: (_fom(s)[0], _fom(s)[1], _fom(s)[3]),
     ),
     # air and ground
-    Quote(r"severity (\S+) to (\S+)$", _severities),
+    Quote(r"(?:severity |^)(\d) to (\d)(?:$|, see)", _severities),
+    Quote(r"a tenth of a wind of (\S+) m/s", lambda s: [10.0 * s.scenario.air.turbulence_mps]),
     Quote(r"above (\S+) ft the wind", lambda s: [s.scenario.air.shear.top_m / FT]),
     Quote(r"wavelengths from (\S+) m \((\S+) m/s over (\S+) Hz\) to (\S+) km", _crust),
     Quote(
