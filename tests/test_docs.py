@@ -6,7 +6,9 @@ import runpy
 import pytest
 
 from magsim import columns
+from tests.support.parts import length_of_parts
 from tests.support.paths import ROOT
+from tests.support.quoted import rounds_to
 
 
 def test_every_column_family_is_documented_with_its_role():
@@ -22,10 +24,13 @@ def test_links_between_pages_lead_somewhere():
             assert (page.parent / link).exists(), f"{page.name}: {link}"
 
 
-def test_files_that_the_readme_names_exist():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    for path in re.findall(r"`((?:scenarios|aircraft|docs|magsim)/[\w/.]*)`", text):
-        assert (ROOT / path).exists(), path
+def test_the_length_of_the_parts_is_off_by_what_the_page_says(calibration):
+    text = " ".join((ROOT / "docs" / "recording.md").read_text(encoding="utf-8").split())
+    (most,) = re.findall(r"by up to (\S+) nT in the calibration flight", text)
+    (band,) = re.findall(r"at most (\S+) nT \(standard deviation\) in 0\.1 to 0\.6 Hz", text)
+    found = length_of_parts(calibration, "cabin")
+    assert rounds_to(found.most_nt, most)
+    assert found.band_nt <= float(band)
 
 
 def test_the_own_compensator_of_the_page_can_be_scored(calibration, monkeypatch, tmp_path):

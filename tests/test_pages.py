@@ -1,5 +1,7 @@
 """What pages and scenarios tell a reader to run or open is there: commands, options, settings, files, benchmarks."""
 
+import ast
+import importlib
 import itertools
 import re
 import shlex
@@ -85,3 +87,13 @@ def test_benchmarks_of_a_page_have_the_options_and_subjects_that_it_names(page: 
                 assert rows, f"{page}: {words[0]} has no subjects"
                 for subject in value.split(","):
                     assert (ROOT / "tests" / "benchmarks" / rows[1] / f"{subject}.py").exists(), f"{page}: {subject}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_names_that_a_page_imports_are_there(page: str) -> None:
+    for code in re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL):
+        for node in ast.walk(ast.parse(code)):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("magsim"):
+                module = importlib.import_module(node.module)
+                missing = [name.name for name in node.names if not hasattr(module, name.name)]
+                assert not missing, f"{page}: {node.module} has no {', '.join(missing)}"

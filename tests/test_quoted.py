@@ -10,7 +10,8 @@ import pytest
 
 from magsim import assets
 from magsim.loading import LoadedScenario, load_scenario
-from tests.support.quoted import CITED, NAMES, NUMBER, QUOTES, comments, rounds_to
+from tests.support.paths import ROOT
+from tests.support.quoted import CITED, NAMES, NUMBER, PAGES, QUOTES, Quote, comments, rounds_to
 
 SCENARIOS = assets.list_scenarios()
 
@@ -20,15 +21,28 @@ def loaded(name: str) -> LoadedScenario:
     return load_scenario(name)
 
 
+def check(place: str, text: str, quote: Quote, name: str) -> int:
+    """Compare each place where a text has a quote with a scenario; return how many there are."""
+    found = list(re.finditer(quote.phrase, text))
+    for match in found:
+        figures = list(quote.figures(loaded(name)))
+        assert all(rounds_to(value, printed) for value, printed in zip(figures, match.groups(), strict=True)), (
+            f"{place}: '{match[0]}', but it is {', '.join(f'{value:.6g}' for value in figures)}"
+        )
+    return len(found)
+
+
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_quoted_figures_are_those_of_the_scenario(name: str) -> None:
     for comment in comments(loaded(name).text):
         for quote in QUOTES:
-            for found in re.finditer(quote.phrase, comment):
-                figures = list(quote.figures(loaded(name)))
-                assert all(rounds_to(value, printed) for value, printed in zip(figures, found.groups(), strict=True)), (
-                    f"{name}: '{found[0]}', but it is {', '.join(f'{value:.6g}' for value in figures)}"
-                )
+            check(name, comment, quote, name)
+
+
+@pytest.mark.parametrize(("page", "name", "quote"), PAGES)
+def test_figures_on_pages_are_those_of_the_scenario(page: str, name: str, quote: Quote) -> None:
+    text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
+    assert check(page, text, quote, name), f"{page} has no '{quote.phrase}'"
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

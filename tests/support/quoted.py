@@ -26,15 +26,24 @@ class Quote(NamedTuple):
     figures: Callable[[LoadedScenario], Sequence[float]]
 
 
-def _swings(loaded: LoadedScenario) -> list[float]:
-    """Frequencies of the tow's swing and of the bird's yaw and pitch [Hz]."""
+def _modes(loaded: LoadedScenario) -> list[float]:
+    """Frequencies of the tow's two swings and of the bird's yaw and pitch [Hz]."""
     scenario, tow, bird = loaded.scenario, loaded.scenario.tow, loaded.bird
     assert tow is not None
     assert bird is not None
     speed, density = scenario.start.speed_mps, float(standard_density(np.array(scenario.start.alt_m)))
     found = modes(chain_of(tow, bird), require_equilibrium(tow, bird, speed, density), speed, density)
-    slow = sorted(mode.frequency_hz for mode in found if 0.0 < mode.frequency_hz < 1.0)
-    return [slow[0], *slow[2:]]
+    return sorted(mode.frequency_hz for mode in found if 0.0 < mode.frequency_hz < 1.0)
+
+
+def _sway(loaded: LoadedScenario) -> list[float]:
+    """Across, in height, along [m], heading [deg]."""
+    sway = loaded.aircraft.facts.sway
+    return [sway.lateral.value, sway.vertical.value, sway.along.value, sway.heading.value]
+
+
+def _band(loaded: LoadedScenario) -> tuple[float, float]:
+    return loaded.aircraft.facts.sway.band.value
 
 
 def _amplitudes(loaded: LoadedScenario) -> list[float]:
@@ -136,8 +145,8 @@ QUOTES = (
         lambda s: (*(2.0 * angle for angle in _fom(s)[:3]), *_fom(s)[:3]),
     ),
     Quote(
-        r"of merit at (\S+) m: four headings, on each three yaws of \+-(\S+), three pitches of \+-(\S+) and three rolls "
-        r"of \+-(\S+) degrees, (\S+) s for each",
+        r"of merit at (\S+) m: four headings, on each three yaws of \+-(\S+), three pitches of \+-(\S+) and three "
+        r"rolls of \+-(\S+) degrees, (\S+) s for each",
         lambda s: (s.scenario.start.alt_m - _ground_m(s), *_fom(s)[2::-1], _fom(s)[3]),
     ),
     Quote(
@@ -157,11 +166,34 @@ QUOTES = (
     Quote(r"a rope of (\S+) m around", lambda s: [_rope_and_mass(s)[1]]),
     Quote(r"(\S+) kg on a rope of (\S+) m", _rope_and_mass),
     Quote(r"on a rope of (\S+) m at (\S+) m \(", lambda s: (_rope_and_mass(s)[1], s.scenario.start.alt_m)),
-    Quote(r"swing at (\S+) Hz, pitch and yaw of the bird at (\S+) to (\S+) Hz", _swings),
+    Quote(
+        r"swing at (\S+) Hz, pitch and yaw of the bird at (\S+) to (\S+) Hz", lambda s: (_modes(s)[0], *_modes(s)[2:])
+    ),
     # bands
     Quote(r"[Ii]n (\S+) to (\S+) Hz on", lambda s: BAND_HZ),
     Quote(r"high-pass at (\S+) Hz", lambda s: [HIGH_PASS_HZ]),
 )
+
+PAGES = (
+    ("docs/tow.md", "papers/002_straight", Quote(r"its file: (\S+), (\S+), (\S+) m", lambda s: _sway(s)[:3])),
+    ("docs/tow.md", "papers/002_straight", Quote(r"its file: (\S+) deg", lambda s: _sway(s)[3:])),
+    ("docs/tow.md", "papers/002_straight", Quote(r"noise from (\S+) to (\S+) Hz \(`band`", _band)),
+    ("docs/tow.md", "papers/002_straight", Quote(r"swings at (\S+) and (\S+) Hz", lambda s: _modes(s)[:2])),
+    (
+        "docs/tow.md",
+        "papers/002_straight",
+        Quote(r"bird's yaw at (\S+) and its pitch at (\S+) Hz", lambda s: _modes(s)[2:]),
+    ),
+    (
+        "aircraft/helicopter/README.md",
+        "papers/002_straight",
+        Quote(
+            r"sway of (\S+) m sideways, (\S+) m up and down and along, (\S+) deg", lambda s: _sway(s)[:2] + _sway(s)[3:]
+        ),
+    ),
+    ("aircraft/helicopter/README.md", "papers/002_straight", Quote(r"between (\S+) and (\S+) Hz", _band)),
+)
+"""Pages, the scenario that a figure is of, and the figure. More are held beside what they tell of."""
 
 CITED = (
     # paper 000, table 2: STD after T-L and MagTCN; 1.320 nT times 12.276, the ratio of its worst method, before
@@ -169,8 +201,8 @@ CITED = (
     r"section 3\.1\.1",
     # paper 001, section 3.1, tables 1 and 2
     r"Appl\. Sci\. 12 \(2022\) 10759, section 3\.1\.",
-    r"STD of 2\.11 to 2\.33 nT; after a linear fit of the other flight 0\.36 \(least squares\) and 0\.32 nT \(ridge\), "
-    r"after its network 0\.27",
+    r"STD of 2\.11 to 2\.33 nT; after a linear fit of the other flight 0\.36 \(least squares\)",
+    r"and 0\.32 nT \(ridge\), after its network 0\.27",
     r"8 to 10 minutes",
     # paper 002, sections 2 and 3
     r"another section of the paper gives 1500 m",
