@@ -140,6 +140,7 @@ def _loaded(
 ) -> LoadedScenario:
     """Return a scenario with everything that its document refers to; files are read from its folder."""
     also: list[tuple[str, str]] = []
+    _replace_strength(document)
     if aircraft is None:
         aircraft, problems = _aircraft_of(document, folder)
         also += [("aircraft", problem) for problem in problems]
@@ -173,6 +174,15 @@ def _loaded(
         bird=bird,
         folder=folder,
     )
+
+
+def _replace_strength(document: Document) -> None:
+    """Drop the strength of turbulence in the file where an override gives it in the other way."""
+    air, given = document.table.get("air"), {override.path for override in document.overrides}
+    kinds = ("turbulence_severity", "turbulence_mps")
+    for kind, other in (kinds, kinds[::-1]):
+        if isinstance(air, dict) and ("air", kind) in given and ("air", other) not in given:
+            air.pop(other, None)
 
 
 def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Sequence[str]]:

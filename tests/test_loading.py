@@ -162,6 +162,16 @@ def test_overrides_are_part_of_the_provenance(write):
     assert loaded.text == GOOD
 
 
+def test_a_strength_of_turbulence_on_top_takes_the_place_of_the_other_kind():
+    assert load_scenario("calibration_c208b").scenario.air.turbulence_mps > 0.0
+    air = load_scenario("calibration_c208b", ("air.turbulence_severity=2",)).scenario.air
+    assert (air.turbulence_severity, air.turbulence_mps) == (2, 0.0)
+    air = load_scenario("gusty_c208b", ("air.turbulence_mps=0.5",)).scenario.air
+    assert (air.turbulence_severity, air.turbulence_mps) == (0, 0.5)
+    with pytest.raises(RequestError, match="two strengths"):
+        load_scenario("calibration_c208b", ("air.turbulence_severity=2", "air.turbulence_mps=0.5"))
+
+
 def test_changed_is_the_scenario_with_more_overrides(own, tmp_path, monkeypatch):
     loaded = load_scenario(own, ["start.alt_m=2500", "seed=2"])
     assert loaded.changed([]) is loaded
