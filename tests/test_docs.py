@@ -26,7 +26,7 @@ def test_links_between_pages_lead_somewhere():
 
 def test_the_length_of_the_parts_is_off_by_what_the_page_says(calibration):
     text = " ".join((ROOT / "docs" / "recording.md").read_text(encoding="utf-8").split())
-    (most,) = re.findall(r"by up to (\S+) nT in the calibration flight", text)
+    (most,) = re.findall(r"by up to (\S+) nT in the calm calibration flight", text)
     (band,) = re.findall(r"at most (\S+) nT \(standard deviation\) in 0\.1 to 0\.6 Hz", text)
     found = length_of_parts(calibration, "cabin")
     assert rounds_to(found.most_nt, most)

@@ -222,8 +222,9 @@ NAMES = (
     r"Circuits are counted on: 1 is the box, 2 the cloverleaf, 3 the line",
     r"\(1 - cos\) / 2",
     r"\[1, 3, 2, 4\]",
+    r"0: calm",
 )
-"""Digits that are no figures: commands, names, formulas, an example of a list."""
+"""Digits that are no figures: commands, names, formulas, examples of lists and settings."""
 
 
 def comments(text: str) -> Iterator[str]:
