@@ -15,7 +15,7 @@ ROLES = ("input", "label", "truth", "segment")
 NAME_PATTERN = r"[a-z][a-z0-9_]*"
 """Allowed names of sensors, mounts and control surfaces."""
 
-BACKGROUND = ("earth", "departure", "crust", "target", "variation")
+BACKGROUND = ("earth", "departure", "crust", "target", "variation", "swell")
 """Parts of the field at a sensor that exist without the aircraft."""
 
 PLATFORM = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics", "carrier")

@@ -8,7 +8,7 @@ import numpy as np
 from magsim.aircraft import Aircraft, Vehicle
 from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
 from magsim.field import flex
-from magsim.field.background import crust, departure, main_field, targets, variation
+from magsim.field.background import crust, departure, main_field, swell, targets, variation
 from magsim.field.excitation import FlightExcitation
 from magsim.field.parts import PARTS
 from magsim.field.response import AircraftResponse, load_response, response_at
@@ -28,6 +28,7 @@ BACKGROUNDS: Mapping[str, Callable[[Situation], np.ndarray]] = {
     "crust": crust.crust,
     "target": targets.target,
     "variation": variation.variation,
+    "swell": swell.swell,
 }
 """What makes each part of the background; the names are those of ``columns.BACKGROUND``."""
 

@@ -48,6 +48,7 @@ from magsim.scenario.payload import Loading
 from magsim.scenario.physics import Earth, EddyPart, FieldSettings, MemoryPart
 from magsim.scenario.place import GroundPoint
 from magsim.scenario.start import FlightSettings, Start, Sway
+from magsim.scenario.swell import Swell
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
 from magsim.scenario.tow import Gusts, Tow, TowBody, TowRope
 from magsim.scenario.track import TrackPattern
@@ -114,6 +115,7 @@ __all__ = [
     "Surfaces",
     "SurveyPattern",
     "Sway",
+    "Swell",
     "Target",
     "Terrain",
     "Tone",

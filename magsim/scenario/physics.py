@@ -9,6 +9,7 @@ from magsim.config import Strict
 from magsim.scenario.base import FieldPart, NonNegative, aircraft_of
 from magsim.scenario.electronics import Electronics
 from magsim.scenario.geology import Crust, Target
+from magsim.scenario.swell import Swell
 from magsim.scenario.variation import Variation
 
 
@@ -111,6 +112,7 @@ class FieldSettings(Strict):
     crust: Crust | None = Field(default=None, description="random geology")
     targets: tuple[Target, ...] = Field(default=(), strict=False, max_length=200, description="bodies in the ground")
     variation: Variation | None = Field(default=None, description="daily variation, pulsations, drift")
+    swell: Swell | None = Field(default=None, description="waves of the sea below a low flight")
     permanent: FieldPart = FieldPart()
     hinged: HingedPart = HingedPart()
     propeller: FieldPart = FieldPart()

@@ -1,0 +1,190 @@
+"""The field of ocean waves: salt water that moves through the main field carries currents (Weaver 1965).
+
+J. T. Weaver, Magnetic variations associated with ocean waves and swell, Journal of Geophysical Research 70 (1965) 1921. In deep
+water a wave of amplitude ``a``, wavenumber ``k = omega^2 / g`` and direction ``s`` moves the water along a circle,
+``u = -i omega a (i s + z) exp(k z) exp(i psi)`` with ``psi = k s.x - omega t``. With the vector potential across the wave, the
+currents obey a diffusion equation in the water and none above it; joined at the mean surface they leave above it
+
+    b = Re a k (B_z + i B_s) (q - k) / (q + k) (z - i s) exp(-k h) exp(i psi),    q^2 = k^2 - i omega mu0 sigma,
+
+where ``B_z`` and ``B_s`` are the main field upward and along the wave. As ``omega mu0 sigma`` is small against ``k^2``, this is
+nearly ``a omega mu0 sigma / (4 k)`` times the field, ``T a g mu0 sigma F / (8 pi)`` in Lilley et al. (2004), Geophysical Journal
+International 159, 565.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from magsim.arrays import readonly
+from magsim.earth import LocalFrame, geodetic_from_ecef
+from magsim.errors import DataError
+from magsim.field.background.main_field import earth_at_start
+from magsim.field.background.path import Knots, in_body, knots_of, longest, positions_along
+from magsim.field.situation import Situation
+from magsim.scenario import Scenario, Swell
+from magsim.streams import stream
+from magsim.terrain import Ground
+from magsim.units import G0, MU0
+
+LEAST_NT = 1e-6
+"""A swell that is nowhere stronger than this at the aircraft is refused: it would be a setting without effect."""
+
+SHORTEST, LONGEST = 2.5, 0.6
+"""Frequencies of the waves over that of the peak, from the longest to the shortest; beyond there is 1 % of the power."""
+
+
+@dataclass(frozen=True)
+class SeaWaves:
+    """Plane waves of deep water.
+
+    Attributes
+    ----------
+    rate : (k,) [rad/s]
+    direction : (k, 2)
+        Unit vectors, north and east, along which they run.
+    amplitude_m : (k,) [m]
+    phase : (k,) [rad]
+    """
+
+    rate: np.ndarray
+    direction: np.ndarray
+    amplitude_m: np.ndarray
+    phase: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("rate", "direction", "amplitude_m", "phase"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @property
+    def wavenumber(self) -> np.ndarray:
+        """Wavenumbers in deep water, (k,) [rad/m]."""
+        return self.rate**2 / G0
+
+    def strength_nt(self, main_n: np.ndarray, conductivity_spm: float) -> np.ndarray:
+        """Return the complex field of each wave at the mean surface, (k,) [nT]; see the head of this page.
+
+        Parameters
+        ----------
+        main_n : (3,) [nT]
+            North, east, down.
+        conductivity_spm : float [S/m]
+        """
+        k = self.wavenumber
+        q = np.sqrt(k**2 - 1j * self.rate * MU0 * conductivity_spm)
+        across = -main_n[2] + 1j * np.einsum("ki,i->k", self.direction, main_n[:2])
+        return self.amplitude_m * k * across * (q - k) / (q + k)
+
+    def field(self, strength_nt: np.ndarray, place_n: np.ndarray, height_m: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+        """Return the field of waves of given strengths (k,), (n, 3) [nT] north, east, down.
+
+        Parameters
+        ----------
+        strength_nt : (k,) complex
+        place_n : (n, 3) [m]
+            North, east, down of an origin.
+        height_m : (n,) [m]
+            Above the mean surface.
+        time_s : (n,) [s]
+        """
+        k, (un, ue) = self.wavenumber, self.direction.T
+        angle = np.outer(place_n[:, 0], k * un) + np.outer(place_n[:, 1], k * ue) - np.outer(time_s, self.rate)
+        angle += self.phase + np.angle(strength_nt)
+        size = np.abs(strength_nt) * np.exp(-np.outer(height_m, k))
+        level = size * np.sin(angle)
+        sums = [np.einsum("nk,k->n", level, un), np.einsum("nk,k->n", level, ue), -np.einsum("nk->n", size * np.cos(angle))]
+        return np.column_stack(sums)
+
+
+def jonswap(ratio: np.ndarray, gamma: float) -> np.ndarray:
+    """Return the JONSWAP spectrum over the frequency in units of that of its peak, up to a factor.
+
+    Hasselmann et al. (1973), Deutsche Hydrographische Zeitschrift, Ergänzungsheft 8-12.
+    """
+    width = np.where(ratio <= 1.0, 0.07, 0.09)
+    return ratio**-5.0 * np.exp(-1.25 * ratio**-4.0) * gamma ** np.exp(-0.5 * ((ratio - 1.0) / width) ** 2)
+
+
+def draw_waves(random: np.random.Generator, settings: Swell) -> SeaWaves:
+    """Draw the waves of a sea: one in each of equal bins of frequency, with directions after Mitsuyasu and Goda.
+
+    Directions scatter as ``cos^2s (angle / 2)`` with s largest at the peak (Goda, Random Seas and Design of Maritime
+    Structures, 3rd edition, section 2.3): ``(f / f_p)^5`` of it below and ``(f / f_p)^-2.5`` above.
+    """
+    edges = np.linspace(LONGEST, SHORTEST, settings.waves + 1)
+    ratio = edges[:-1] + random.random(settings.waves) * np.diff(edges)
+    power = jonswap(ratio, settings.peak)
+    amplitude = np.sqrt(power / power.sum() / 8.0) * settings.height_m  # the variance is height^2 / 16
+    narrow = settings.spread * np.where(ratio <= 1.0, ratio**5.0, ratio**-2.5)
+    # cos^2s (angle / 2): the square of the sine of half the angle has a beta distribution.
+    half = np.arcsin(np.sqrt(random.beta(0.5, narrow + 0.5)))
+    angle = math.radians(settings.heading_deg) + 2.0 * half * np.where(random.random(settings.waves) < 0.5, -1.0, 1.0)
+    return SeaWaves(
+        rate=2.0 * math.pi / settings.period_s * ratio,
+        direction=np.column_stack([np.cos(angle), np.sin(angle)]),
+        amplitude_m=amplitude,
+        phase=2.0 * math.pi * random.random(settings.waves),
+    )
+
+
+def swell(situation: Situation) -> np.ndarray:
+    """Return the field of the swell in body axes, along each mount's own path and at its own time, (n, s + 1, 3) [nT].
+
+    Raises
+    ------
+    DataError
+        If the flight crosses land, or is nowhere low enough to feel the swell.
+    """
+    scenario, arms_b, carrier = situation.scenario, situation.arms_b, situation.flight.carrier
+    settings = scenario.field.swell
+    assert settings is not None
+    seed = scenario.seed if settings.seed is None else settings.seed
+    waves = draw_waves(stream(seed, "swell/waves"), settings)
+    strength = waves.strength_nt(earth_at_start(scenario), settings.conductivity_spm)
+    sea_m = 0.0 if situation.ground is None else situation.ground.geoid_m
+    check_over_water(situation.ground, situation)
+    check_felt(waves, strength, float(situation.motion.alt_m.min()) - sea_m - longest(arms_b))
+
+    def bounds(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
+        _, _, alt = geodetic_from_ecef(knots.center_e)
+        height = np.maximum(alt - sea_m - longest(arms_b), 0.0)
+        size = np.abs(strength) * np.exp(-np.outer(height, waves.wavenumber))
+        passed = waves.wavenumber + waves.rate / np.maximum(knots.speed_mps, 1.0)[:, None]
+        return np.einsum("nk,k->n", size, waves.wavenumber), np.einsum("nk,nk->n", size, passed**4)
+
+    knots = knots_of(carrier, longest(arms_b), situation.time_s, bounds)
+    frame = LocalFrame(math.radians(scenario.start.lat_deg), math.radians(scenario.start.lon_deg), sea_m)
+    places = positions_along(carrier.at(knots), arms_b)
+    values = np.empty_like(places)
+    for s in range(len(arms_b)):
+        _, _, alt = geodetic_from_ecef(places[:, s])
+        values[:, s] = frame.to_earth(waves.field(strength, frame.place(places[:, s]), alt - sea_m, knots))
+    return in_body(situation, CubicSpline(knots, values)(situation.time_s))
+
+
+def check_over_water(ground: Ground | None, situation: Situation) -> None:
+    """Refuse a swell below which there is land."""
+    if ground is None:
+        return
+    path = situation.motion
+    land = ground.above_sea(ground.height(path.lat_rad, path.lon_rad)) > 0.0
+    if land.any():
+        at = int(land.argmax())
+        msg = (
+            f"field.swell: at {situation.time_s[at]:.1f} s the flight is over land, which is above mean sea level; allowed: "
+            f"flights over the sea, where [terrain] is 0 m high or left out"
+        )
+        raise DataError(msg)
+
+
+def check_felt(waves: SeaWaves, strength_nt: np.ndarray, lowest_m: float) -> None:
+    """Refuse a swell that leaves nothing at the lowest height of a flight."""
+    left = float(np.sum(np.abs(strength_nt) * np.exp(-waves.wavenumber * max(lowest_m, 0.0))))
+    if left < LEAST_NT:
+        msg = (
+            f"field.swell: {lowest_m:.0f} m above the sea, where the flight is lowest, it leaves {left:.1g} nT; allowed: lower "
+            f"flights, longer waves, or no [field.swell]"
+        )
+        raise DataError(msg)

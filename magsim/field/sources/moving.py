@@ -1,0 +1,125 @@
+"""Dipoles that are carried about: by the controls, or by rubber mounts that give way."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from magsim.field.sources.dipoles import SCALE, dipole_field
+
+STEP_RAD = 0.2
+"""Deflection at which the field of a control is expanded."""
+
+
+def dipole_gradient(position: np.ndarray, moment: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the derivatives ``dB_i/dx_j`` of a dipole's field along the place of the field point.
+
+    With ``r`` from the dipole to the point,
+    ``3 (m_i r_j + r_i m_j + (m.r) delta_ij) / r^5 - 15 (m.r) r_i r_j / r^7`` times mu0 / 4 pi.
+
+    Parameters
+    ----------
+    position, moment : (3,) [m], [A m^2]
+    points : (s, 3) [m]
+
+    Returns
+    -------
+    (s, 3, 3) [nT/m]
+    """
+    ray = np.asarray(points, dtype=float) - position
+    square = np.einsum("si,si->s", ray, ray)[:, None, None]
+    along = np.einsum("si,i->s", ray, moment)[:, None, None]
+    mixed = np.einsum("i,sj->sij", moment, ray)
+    symmetric = mixed + mixed.transpose(0, 2, 1) + along * np.eye(3)
+    return 3.0 * SCALE * (symmetric - 5.0 * along / square * np.einsum("si,sj->sij", ray, ray)) / square**2.5
+
+
+@dataclass(frozen=True)
+class CarriedDipole:
+    """A dipole on a control, which goes and turns in proportion to the deflection of a surface.
+
+    Attributes
+    ----------
+    position, moment : (3,) [m], [A m^2]
+        With the surface at zero.
+    travel : (3,) [m/rad]
+    turn : float
+        Angle about the axis for each radian of the surface.
+    turn_point, turn_axis : (3,) [m], unit vector
+    angle : (n,) [rad]
+        Of the surface.
+    """
+
+    position: np.ndarray
+    moment: np.ndarray
+    travel: np.ndarray
+    turn: float
+    turn_point: np.ndarray
+    turn_axis: np.ndarray
+    angle: np.ndarray
+
+    def _turned(self, vector: np.ndarray) -> np.ndarray:
+        """Return a vector turned about the axis, (n, 3) (Rodrigues)."""
+        angle, axis = self.turn * self.angle[:, None], self.turn_axis
+        fixed = axis * np.dot(axis, vector)
+        return fixed + np.cos(angle) * (vector - fixed) + np.sin(angle) * np.cross(axis, vector)
+
+    def along(self, places: np.ndarray) -> np.ndarray:
+        """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
+        position = self.turn_point + self._turned(self.position - self.turn_point) + self.angle[:, None] * self.travel
+        return dipole_field(position[:, None], self._turned(self.moment)[:, None], places)
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]."""
+        return self.along(np.asarray(points)[None])
+
+    def gains(self, points: np.ndarray) -> np.ndarray:
+        """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, 3) [nT].
+
+        Powers of the deflection up to the second, fitted at ``STEP_RAD`` to both sides.
+        """
+        rest, plus, minus = replace(self, angle=STEP_RAD * np.array([0.0, 1.0, -1.0])).at(points)
+        first, second = 0.5 * (plus - minus) / STEP_RAD, (0.5 * (plus + minus) - rest) / STEP_RAD**2
+        return np.stack([rest, first, second], axis=-1)
+
+    @property
+    def strengths(self) -> np.ndarray:
+        """What ``gains`` are multiplied by, (n, 3)."""
+        return np.column_stack([np.ones_like(self.angle), self.angle, self.angle**2])
+
+
+@dataclass(frozen=True)
+class HangingDipole:
+    """The change that a dipole makes as what it hangs on gives way.
+
+    Attributes
+    ----------
+    position, moment : (3,) [m], [A m^2]
+        On the parked aircraft.
+    way : (n, 3) [m]
+        How far it is from there.
+    """
+
+    position: np.ndarray
+    moment: np.ndarray
+    way: np.ndarray
+
+    def along(self, places: np.ndarray) -> np.ndarray:
+        """Return the change at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
+        moved = dipole_field(self.position + self.way[:, None], self.moment, places)
+        return moved - dipole_field(self.position, self.moment, places)
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the change at fixed points (s, 3) [m], (n, s, 3) [nT]."""
+        return self.along(np.asarray(points)[None])
+
+    def gains(self, points: np.ndarray) -> np.ndarray:
+        """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, 3) [nT/m].
+
+        To first order: as far as the way is small against the distance.
+        """
+        return -dipole_gradient(self.position, self.moment, points)
+
+    @property
+    def strengths(self) -> np.ndarray:
+        """What ``gains`` are multiplied by, (n, 3) [m]."""
+        return self.way
