@@ -18,7 +18,10 @@ NAME_PATTERN = r"[a-z][a-z0-9_]*"
 BACKGROUND = ("earth", "departure", "crust", "target", "variation", "swell")
 """Parts of the field at a sensor that exist without the aircraft."""
 
-PLATFORM = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics", "carrier")
+PLATFORM = (
+    *("permanent", "hinged", "controls", "suspension", "propeller"),
+    *("induced", "memory", "eddy", "electronics", "carrier"),
+)
 """Parts of the field at a sensor from the platform: the interference. ``carrier``: of the towing carrier, at a bird."""
 
 COMPONENTS = BACKGROUND + PLATFORM
@@ -179,6 +182,13 @@ FLUX_ERROR = Family(
     "Error of a fluxgate: reading of its axis minus the total field along that axis of the body",
 )
 PART = Family("{component}_{sensor}_{axis}_nt", "truth", "nT", "b", "One part of the field at a sensor, body axes")
+FLEX = Family(
+    "flex_{sensor}_{axis}_nt",
+    "truth",
+    "nT",
+    "b",
+    "Change of the field at a sensor as its mount bends, body axes; the parts and the total hold it",
+)
 TRUE_BASE = Family(
     "true_base_{sensor}_nt", "truth", "nT", "", "Field strength at the base station, without instrument error"
 )
@@ -279,6 +289,7 @@ FAMILIES: tuple[Family, ...] = (
     ERROR,
     FLUX_ERROR,
     PART,
+    FLEX,
     TRUE_BASE,
     TRUE_ATTITUDE,
     TRUE_RATE,

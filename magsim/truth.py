@@ -25,6 +25,8 @@ class FieldTruth:
         Current of each circuit, its mean over the step around each time; empty without onboard electronics.
     tilts_b : mapping of str to (n, 3) [rad]
         Rotation vectors, body axes, of the mounts that bend.
+    bent_b : mapping of str to (n, 3) [nT]
+        Change of the whole field by the bending of these mounts; ``parts_b`` hold it.
     voltages_v : mapping of str to (n,) [V]
         Voltage of each bus, likewise.
     steady_nt : mapping of str to (n,) [nT]
@@ -36,6 +38,7 @@ class FieldTruth:
     parts_b: Mapping[str, np.ndarray]
     currents_a: Mapping[str, np.ndarray] = field(default_factory=dict)
     tilts_b: Mapping[str, np.ndarray] = field(default_factory=dict)
+    bent_b: Mapping[str, np.ndarray] = field(default_factory=dict)
     voltages_v: Mapping[str, np.ndarray] = field(default_factory=dict)
     steady_nt: Mapping[str, np.ndarray] = field(default_factory=dict)
 
@@ -51,7 +54,8 @@ class FieldTruth:
         object.__setattr__(self, "time_s", readonly(self.time_s))
         object.__setattr__(self, "mounts", tuple(self.mounts))
         object.__setattr__(self, "parts_b", {name: readonly(part) for name, part in self.parts_b.items()})
-        object.__setattr__(self, "tilts_b", {name: readonly(tilt) for name, tilt in self.tilts_b.items()})
+        for kind in ("tilts_b", "bent_b"):
+            object.__setattr__(self, kind, {name: readonly(value) for name, value in getattr(self, kind).items()})
         for kind in ("currents_a", "voltages_v", "steady_nt"):
             rows = {name: readonly(row) for name, row in getattr(self, kind).items()}
             for name, row in rows.items():

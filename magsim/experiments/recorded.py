@@ -6,9 +6,10 @@ from datetime import datetime
 import numpy as np
 
 from magsim import columns, signals
-from magsim.aircraft.magnetics import HingedDipole, Magnetics
+from magsim.aircraft.magnetics import ControlDipole, HingedDipole, Magnetics
 from magsim.earth import decimal_years, igrf
 from magsim.errors import RequestError
+from magsim.field.load import load_g
 from magsim.field.metal.eddy import Modes, slow_states
 from magsim.field.sources.rotors import ShaftDipole, mean_moment
 from magsim.frames import rot_nb_from_attitude, rotate_back
@@ -39,14 +40,15 @@ class RecordedExcitation:
     """
 
     def __init__(self, recording: Recording, magnetics: Magnetics, settings: FieldSettings) -> None:
-        self.magnetics, self.settings = magnetics, settings
+        self.magnetics, self.settings, self._recording = magnetics, settings, recording
         self.ambient_b = background(recording)
         self.step_s = 1.0 / recording.rate_hz
         self._rate_b = signals.spline_derivative(self.ambient_b, recording.rate_hz)
         self._curve_b = signals.spline_derivative(self._rate_b, recording.rate_hz)
         currents = {f.name: _first(recording, _CURRENT, feeder=f.name) for f in magnetics.feeders}
         self.currents_a = {feeder: current for feeder, current in currents.items() if current is not None}
-        angles = {d.surface: _first(recording, _DEFLECTION, surface=d.surface) for d in magnetics.hinged}
+        surfaces = {dipole.surface for dipole in magnetics.hinged} | {dipole.surface for dipole in magnetics.controls}
+        angles = {surface: _first(recording, _DEFLECTION, surface=surface) for surface in sorted(surfaces)}
         self._angles = {surface: np.radians(angle) for surface, angle in angles.items() if angle is not None}
 
     def eddy_states(self, modes: Modes) -> np.ndarray:
@@ -57,6 +59,19 @@ class RecordedExcitation:
         """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it is not recorded."""
         angle = self._angles.get(dipole.surface, np.zeros(1))
         return np.cos(angle), np.sin(angle)
+
+    def angle(self, dipole: ControlDipole) -> np.ndarray:
+        """Return the deflection of the surface of a control, (n,) [rad], or (1,) where it is not recorded."""
+        return self._angles.get(dipole.surface, np.zeros(1))
+
+    def load_g(self, place_b: np.ndarray) -> np.ndarray:
+        """Return the recorded specific force less that of the parked aircraft, (n, 3) [g]: the same at every place."""
+        del place_b
+        for family in (columns.TRUE_ACCELERATION, columns.INS_ACCELERATION):
+            names = [family.name(axis=axis) for axis in columns.AXES]
+            if all(name in self._recording for name in names):
+                return load_g(np.column_stack([self._recording[name] for name in names]))
+        return np.zeros((len(self.ambient_b), 3))
 
     def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
         """Return the mean moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""

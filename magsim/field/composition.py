@@ -106,9 +106,10 @@ def compose(excitation: FlightExcitation, vehicle: Vehicle, report: Progress = l
             parts[name] = part
         report(0.5 + 0.5 * done / len(platform))
     bending = flex.Bending.of(situation)
+    bent: dict[str, np.ndarray] = {}
     if bending.shifts_b:
         places, eddy = flex.places_around(situation, bending), situation.scenario.field.eddy.model
-        _bend(parts, excitation, bending, response_at(vehicle, places, eddy))
+        bent = _bend(parts, excitation, bending, response_at(vehicle, places, eddy))
     for part in parts.values():
         part.flags.writeable = False  # handed over, not copied
     onboard = excitation.onboard if "electronics" in parts else Onboard()
@@ -119,6 +120,7 @@ def compose(excitation: FlightExcitation, vehicle: Vehicle, report: Progress = l
         currents_a=onboard.currents_a,
         voltages_v=onboard.voltages_v,
         tilts_b=bending.tilts_b,
+        bent_b=bent,
     )
 
 
@@ -136,10 +138,14 @@ def _platform_part(
 
 def _bend(
     parts: dict[str, np.ndarray], excitation: FlightExcitation, bending: flex.Bending, response: AircraftResponse
-) -> None:
-    """Add to every part the change by the motion of the bent mounts, from the part's own gradient there."""
+) -> dict[str, np.ndarray]:
+    """Add to every part the change by the motion of the bent mounts, from the part's own gradient there.
+
+    Return the sum of the changes at each of these mounts, (n, 3) [nT].
+    """
     situation = excitation.situation
     around = replace(situation, response=response, mounts=response.mounts)
+    whole = {mount: np.zeros_like(shift) for mount, shift in bending.shifts_b.items()}
     for name, part in parts.items():
         if name in BACKGROUNDS:
             changes, scale = flex.moved(BACKGROUNDS[name](around)[:, :-1], bending.shifts_b), 1.0
@@ -150,3 +156,5 @@ def _bend(
         parts[name] = np.array(part)
         for mount, change in changes.items():
             parts[name][:, situation.mounts.index(mount)] += scale * change
+            whole[mount] += scale * change
+    return whole

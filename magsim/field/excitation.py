@@ -7,8 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
-from magsim.aircraft.magnetics import HingedDipole, Magnetics
+from magsim.aircraft.magnetics import ControlDipole, HingedDipole, Magnetics
 from magsim.errors import RequestError
+from magsim.field.load import load_g, specific_force
 from magsim.field.metal import eddy
 from magsim.field.situation import Situation
 from magsim.field.sources.rotors import Rotation, ShaftDipole, rotating_moment, rotor_rotation, rotor_stream
@@ -45,6 +46,12 @@ class Excitation(Protocol):
 
     def deflection(self, dipole: HingedDipole) -> tuple[np.ndarray, np.ndarray]:
         """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it does not move."""
+
+    def angle(self, dipole: ControlDipole) -> np.ndarray:
+        """Return the deflection of the surface with which a control moves, (n,) [rad], or (1,) where it rests."""
+
+    def load_g(self, place_b: np.ndarray) -> np.ndarray:
+        """Return the specific force at a place of the aircraft less that of the parked one, (n, 3) [g] body axes."""
 
     def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
         """Return the moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""
@@ -106,9 +113,12 @@ class FlightExcitation:
         return eddy.states(modes, self.ambient_rate_b, self.step_s, lag=self.settings.eddy.lag)
 
     @cached_property
+    def _angles(self) -> dict[str, np.ndarray]:
+        return self.situation.flight.controls_at(self.situation.time_s)
+
+    @cached_property
     def _turns(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        angles = self.situation.flight.controls_at(self.situation.time_s)
-        return {name: (np.cos(angle), np.sin(angle)) for name, angle in angles.items()}
+        return {name: (np.cos(angle), np.sin(angle)) for name, angle in self._angles.items()}
 
     def deflection(self, dipole: HingedDipole) -> tuple[np.ndarray, np.ndarray]:
         """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it is held at rest.
@@ -118,15 +128,35 @@ class FlightExcitation:
         RequestError
             If the flight does not log the deflection of the surface, and the surface is not held at rest.
         """
+        self._check_known(dipole, "hinged")
+        return self._turns.get(dipole.surface, (np.ones(1), np.zeros(1)))
+
+    def angle(self, dipole: ControlDipole) -> np.ndarray:
+        """Return the deflection of the surface with which a control moves, (n,) [rad], or (1,) where it rests.
+
+        Raises
+        ------
+        RequestError
+            As for ``deflection``.
+        """
+        self._check_known(dipole, "controls")
+        return self._angles.get(dipole.surface, np.zeros(1))
+
+    def _check_known(self, dipole: HingedDipole | ControlDipole, part: str) -> None:
         surface = dipole.surface
-        if surface not in self._turns and surface not in self.settings.hinged.at_rest:
+        if surface not in self._angles and surface not in self.settings.hinged.at_rest:
             msg = (
-                f"aircraft {self.situation.scenario.aircraft}: hinged dipole {dipole.name!r} turns with the surface "
-                f"{surface!r}, which the flight does not log (logged: {', '.join(self._turns) or 'none'}); allowed: "
-                f"its deflection in the track, field.hinged.at_rest = ['{surface}'], or field.hinged.enabled = false"
+                f"aircraft {self.situation.scenario.aircraft}: dipole {dipole.name!r} of [[{part}]] moves with the "
+                f"surface {surface!r}, which the flight does not log (logged: {', '.join(self._angles) or 'none'}); "
+                f"allowed: its deflection in the track, field.hinged.at_rest = ['{surface}'], or "
+                f"field.{part}.enabled = false"
             )
             raise RequestError(msg)
-        return self._turns.get(surface, (np.ones(1), np.zeros(1)))
+
+    def load_g(self, place_b: np.ndarray) -> np.ndarray:
+        """Return the specific force at a place of the aircraft less that of the parked one, (n, 3) [g] body axes."""
+        situation = self.situation
+        return load_g(specific_force(situation.motion, situation.rot_nb, self.step_s, place_b))
 
     @cached_property
     def rotations(self) -> dict[str, Rotation]:

@@ -1,7 +1,8 @@
-"""Mounts that give way: bending of a boom under the loads of the flight, and what it does to the field at its end.
+"""Mounts that give way under the loads of the flight, and what it does to the field there.
 
-Each mode of bending is an oscillator that the specific force at the mount drives. The place in the aircraft file is
-that of the parked aircraft, so that its own weight has bent the boom already: straight flight leaves it there.
+Each mode of a boom is an oscillator that the specific force at the mount drives; a floor or bracket, far stiffer,
+follows the force. The place in the aircraft file is that of the parked aircraft, so that its own weight has bent
+everything already: straight flight leaves it there.
 """
 
 import math
@@ -11,31 +12,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from magsim.aircraft.magnetics import FlexMode
+from magsim.field.load import specific_force
 from magsim.field.situation import Situation
-from magsim.field.stepping import derivative, first_order
-from magsim.frames import rotate_back
-from magsim.trajectory import Trajectory
+from magsim.field.stepping import first_order
 from magsim.units import G0
 
 REACH_M = 0.01
-"""Half the distance over which the gradient at a mount is taken: of a source 1 m away it is exact to 1e-4."""
+"""Half the distance over which the gradient at a mount is taken: to 3e-4 for a source 1 m away, 4e-3 at 0.3 m."""
 
 
 @dataclass(frozen=True)
 class BendingMode:
-    """One mode of bending, by its effect at the mount.
+    """One way in which a mount gives, by its effect at the mount.
 
     Attributes
     ----------
     direction : (3,)
         Unit vector, body axes: where the mount goes.
     frequency_hz, damping : float
-        Natural frequency, and damping over the critical one (below 1).
+        Natural frequency, and damping over the critical one (below 1); both zero for what follows the force.
     participation : float
         Deflection of the mount over that of a mass on a spring of the same frequency: 1 for a mass at the end of a
         light boom, 1.566 for the end of a uniform cantilever.
     tilt : (3,) [rad/m]
         Rotation vector of the mount for each meter it goes; 1.3765 over the length for the end of a uniform cantilever.
+    compliance : float [s^2]
+        Way for each m/s^2 of what follows the force; 0 for an oscillator.
     """
 
     direction: np.ndarray
@@ -43,50 +45,27 @@ class BendingMode:
     damping: float
     participation: float
     tilt: np.ndarray
+    compliance: float = 0.0
 
     @classmethod
     def of(cls, mode: FlexMode) -> "BendingMode":
         """Return a mode of the aircraft file."""
         return cls(
             direction=np.array(mode.direction),
-            frequency_hz=mode.frequency_hz,
-            damping=mode.damping,
+            frequency_hz=mode.frequency_hz or 0.0,
+            damping=mode.damping or 0.0,
             participation=mode.participation,
             tilt=np.array(mode.tilt_radpm),
+            compliance=1e-3 * (mode.compliance_mmpg or 0.0) / G0,
         )
-
-
-def specific_force(motion: Trajectory, rot_nb: np.ndarray, step_s: float, place_b: np.ndarray) -> np.ndarray:
-    """Return the reading of an accelerometer fixed at a place of the rigid aircraft, body axes.
-
-    The rotation of the Earth and of the local frame is left out: below 0.02 m/s^2 at 100 m/s.
-
-    Parameters
-    ----------
-    motion : Trajectory
-        At evenly spaced times.
-    rot_nb : (n, 3, 3)
-        Of that motion.
-    step_s : float [s]
-    place_b : (3,) [m]
-
-    Returns
-    -------
-    (n, 3) [m/s^2]
-        ``(0, 0, -g)`` in straight and level flight.
-    """
-    arm, rate = np.asarray(place_b, dtype=float) - motion.reference_b, motion.rate_b
-    acceleration_n = derivative(motion.velocity_n, step_s) - np.array([0.0, 0.0, G0])
-    out = rotate_back(rot_nb, acceleration_n)
-    out += np.cross(derivative(rate, step_s), arm) + np.cross(rate, np.cross(rate, arm))
-    return out
 
 
 def bend(mode: BendingMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
     """Return the deflection of one mode under a specific force.
 
     ``x'' + 2 d w x' + w^2 x = -p e . (f - f_rest)`` with ``f_rest = (0, 0, -g)``, stepped exactly for a force that is
-    straight between samples; it begins at rest where the first force holds it.
+    straight between samples; it begins at rest where the first force holds it. What follows the force is at the place
+    where such an oscillator would rest.
 
     Parameters
     ----------
@@ -98,10 +77,12 @@ def bend(mode: BendingMode, force_b: np.ndarray, step_s: float) -> np.ndarray:
     -------
     (n,) [m]
     """
+    drive = -mode.participation * np.einsum("ni,i->n", force_b - np.array([0.0, 0.0, -G0]), mode.direction)
+    if mode.compliance:
+        return mode.compliance * drive
     omega = 2.0 * math.pi * mode.frequency_hz
     ringing = omega * math.sqrt(1.0 - mode.damping**2)
     rate = complex(-mode.damping * omega, ringing)
-    drive = -mode.participation * np.einsum("ni,i->n", force_b - np.array([0.0, 0.0, -G0]), mode.direction)
     # x = Im q / ringing for dq/dt = rate q + drive; at rest q = -drive / rate.
     return first_order(rate, drive.astype(complex), step_s, np.asarray(-drive[0] / rate)).imag / ringing
 

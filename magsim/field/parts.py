@@ -1,7 +1,7 @@
 """The parts that an aircraft adds to the field: each is defined here once, for flights, tows and mount maps.
 
 A linear part is the sum, over its sources, of a gain (the field of a source at a place for unit strength) times a
-strength over time. A turning part is the sum over dipoles whose moments and places turn with the flight.
+strength over time. A turning part is the sum over dipoles whose moments and places turn or move with the flight.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,6 +14,7 @@ from magsim.field.excitation import Excitation
 from magsim.field.response import AircraftResponse
 from magsim.field.sources.dipoles import DeflectedDipole
 from magsim.field.sources.memory import remembered
+from magsim.field.sources.moving import HangingDipole, LinkedDipole
 from magsim.field.sources.rotors import ShaftDipole, SpinningDipole
 
 GAINS = ("fixed", "metal", "modes", "feeders")
@@ -167,6 +168,34 @@ def _hinged(excitation: Excitation) -> list[TurningDipole]:
     ]
 
 
+def _controls(excitation: Excitation) -> list[TurningDipole] | None:
+    return [
+        LinkedDipole(
+            np.array(dipole.position_m),
+            np.array(dipole.moment_am2),
+            travel=1e-3 * np.degrees(dipole.travel_mmpdeg),
+            turn=dipole.turn_degpdeg,
+            turn_point=np.array(dipole.turn_point_m or dipole.position_m),
+            turn_axis=np.array(dipole.turn_axis or (1.0, 0.0, 0.0)),
+            angle=excitation.angle(dipole),
+        )
+        for dipole in excitation.magnetics.controls
+    ] or None
+
+
+def _hanging(excitation: Excitation) -> list[TurningDipole] | None:
+    magnetics = excitation.magnetics
+    ways = {
+        name: 1e-3 * np.array(mounts.compliance_mmpg) * -excitation.load_g(np.array(mounts.position_m))
+        for name, mounts in magnetics.suspensions.items()
+    }
+    return [
+        HangingDipole(np.array(dipole.position_m), np.array(dipole.moment_am2), ways[dipole.suspension])
+        for dipole in magnetics.permanent
+        if dipole.suspension is not None
+    ] or None
+
+
 def _rotating(excitation: Excitation) -> list[TurningDipole] | None:
     magnetics = excitation.magnetics
     sources = [(ShaftDipole.of(dipole, magnetics.rotors[dipole.rotor]), dipole.rotor) for dipole in magnetics.rotating]
@@ -204,7 +233,12 @@ LINEAR: Mapping[str, LinearPart] = {
     "electronics": LinearPart("feeders", _currents, by_source),
 }
 
-TURNING: Mapping[str, TurningPart] = {"hinged": TurningPart(_hinged), "propeller": TurningPart(_rotating)}
+TURNING: Mapping[str, TurningPart] = {
+    "hinged": TurningPart(_hinged),
+    "controls": TurningPart(_controls),
+    "suspension": TurningPart(_hanging),
+    "propeller": TurningPart(_rotating),
+}
 
 PARTS: Mapping[str, LinearPart | TurningPart] = {**LINEAR, **TURNING}
 """What makes each part of the platform; the names are those of ``columns.PLATFORM``."""

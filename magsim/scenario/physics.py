@@ -98,8 +98,14 @@ class MemoryPart(FieldPart):
     )
 
 
+class MovingPart(FieldPart):
+    """The field of what moves in flight; its sizes are estimates, so that a scenario asks for it."""
+
+    enabled: bool = False
+
+
 class FlexPart(Strict):
-    """Bending of the mounts, in the modes that the aircraft file gives."""
+    """Bending of the mounts under load, in the ways that the aircraft file gives."""
 
     enabled: bool = False
     scale: float = Field(default=1.0, ge=0.0, le=1000.0)
@@ -115,6 +121,8 @@ class FieldSettings(Strict):
     swell: Swell | None = Field(default=None, description="waves of the sea below a low flight")
     permanent: FieldPart = FieldPart()
     hinged: HingedPart = HingedPart()
+    controls: MovingPart = Field(default=MovingPart(), description="steel of yoke, pedals and cables")
+    suspension: MovingPart = Field(default=MovingPart(), description="way of the engine on its rubber mounts")
     propeller: FieldPart = FieldPart()
     induced: FieldPart = FieldPart()
     memory: MemoryPart = MemoryPart()

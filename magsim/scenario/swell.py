@@ -13,9 +13,11 @@ class Swell(Strict):
     height_m: Positive = Field(default=2.0, le=20.0, description="significant height of the waves, crest to trough")
     period_s: float = Field(default=12.0, ge=4.0, le=25.0, description="of the peak of their spectrum")
     heading_deg: float = Field(default=0.0, ge=0.0, lt=360.0, description="where they run to, clockwise from north")
-    peak: float = Field(default=5.0, ge=1.0, le=10.0, description="JONSWAP's gamma: 3.3 in a growing sea, more in swell")
+    peak: float = Field(default=5.0, ge=1.0, le=10.0, description="JONSWAP's gamma: 3.3 in a growing sea, swell more")
     spread: NonNegative = Field(
-        default=50.0, le=200.0, description="Goda's largest s: 10 wind waves, 25 young and 75 old swell; more is narrower"
+        default=50.0,
+        le=200.0,
+        description="Goda's largest s, more is narrower: 10 wind waves, 25 to 75 swell",
     )
     waves: int = Field(default=96, ge=8, le=1024, description="number of plane waves")
     conductivity_spm: Positive = Field(default=4.4, le=10.0, description="of the water, S/m")

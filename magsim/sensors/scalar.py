@@ -253,7 +253,7 @@ def _taken(sensor: ScalarSensor, truth: FieldTruth, window: Acquisition | Counte
 
 
 def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisition | Counter) -> Columns:
-    """Return every part of the field at a sensor, filtered by axis, body axes, (rows,) [nT] each.
+    """Return every part of the field at a sensor by axis, and the change where its mount bends, (rows,) [nT] each.
 
     Parameters
     ----------
@@ -267,6 +267,9 @@ def part_columns(name: str, mount: str, truth: FieldTruth, acquisition: Acquisit
         rows = acquisition(truth.part(component, mount))
         for k, axis in enumerate(columns.AXES):
             out[columns.PART.name(component=component, sensor=name, axis=axis)] = rows[:, k]
+    if mount in truth.bent_b:
+        rows = acquisition(truth.bent_b[mount])
+        out |= {columns.FLEX.name(sensor=name, axis=axis): rows[:, k] for k, axis in enumerate(columns.AXES)}
     return out
 
 

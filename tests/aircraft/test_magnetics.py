@@ -161,6 +161,38 @@ def test_modes_of_a_mount(settings: dict) -> None:
         ({"direction": [0.0, 0.0, 2.0]}, "length 2; allowed: a unit vector"),
         ({"damping": 1.0}, "less than 1"),
         ({"frequency_hz": 0.0}, "greater than 0"),
+        ({"compliance_mmpg": 0.3}, "frequency_hz with damping for a boom that swings, or compliance_mmpg without"),
     ):
         settings["mounts"]["sgl_mag_1"]["flex"] = [mode | change]
         _refused(settings, message)
+    bare = {"direction": [0.0, 0.0, 1.0], "source": "a test"}
+    settings["mounts"]["sgl_mag_1"]["flex"] = [bare]
+    _refused(settings, "frequency_hz with damping")
+    settings["mounts"]["sgl_mag_1"]["flex"] = [bare | {"compliance_mmpg": -1.0}]
+    _refused(settings, "greater than 0")
+
+
+def test_controls_move(settings: dict) -> None:
+    good = settings["controls"][0]
+    for change, message in (
+        (
+            {"travel_mmpdeg": [0.0, 0.0, 0.0]},
+            "yoke_column does not move; allowed: travel_mmpdeg, turn_degpdeg",
+        ),
+        ({"turn_degpdeg": 2.0}, "turn_degpdeg, turn_point_m and turn_axis together, or none"),
+        ({"turn_axis": [1.0, 0.0, 0.0]}, "turn_degpdeg, turn_point_m and turn_axis together, or none"),
+        ({"turn_degpdeg": 2.0, "turn_point_m": [0.0, 0.0, 0.0], "turn_axis": [2.0, 0.0, 0.0]}, "a unit vector"),
+        ({"surface": "spoiler"}, "'elevator'"),
+    ):
+        settings["controls"] = [good | change]
+        _refused(settings, message)
+
+
+def test_suspensions_and_what_hangs_on_them(settings: dict) -> None:
+    good = settings["suspensions"]["engine"]
+    settings["suspensions"] = {"engine": good | {"compliance_mmpg": [0.0, 0.0, 0.0]}}
+    _refused(settings, "none below 0 and one above")
+    settings["suspensions"] = {"engine": good, "mast": good}
+    _refused(settings, "nothing hangs on suspension 'mast'")
+    settings["suspensions"] = {"mast": good}
+    _refused(settings, "dipole 'engine' hangs on 'engine'; allowed: mast")

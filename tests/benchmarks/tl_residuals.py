@@ -27,19 +27,20 @@ from magsim.truth import FieldTruth
 from tests.benchmarks.rows import Row, finish, stated
 
 SCENARIO = "patterns/fom"
+MOUNTS = {"cabin": "cabin_center", "stinger": "sgl_mag_1", "floor": "sgl_mag_2"}
+SENSORS = ",".join(f'{{name="{name}",mount="{mount}"}}' for name, mount in MOUNTS.items())
 SITE = (
     "start.lat_deg=45.3",
     "start.lon_deg=-75.7",
     "start.alt_m=3000.0",
     "pattern.leg_m=8000.0",
     "pattern.allow_beyond_crew_g=true",
-    'sensors.scalar=[{name="cabin",mount="cabin_center"},{name="stinger",mount="sgl_mag_1"}]',
+    f"sensors.scalar=[{SENSORS}]",
 )
 FLIGHTS = (
     ("pattern.roll_deg=10.0", "pattern.pitch_deg=5.0", "pattern.yaw_deg=5.0", "pattern.period_s=5.0"),
     ("pattern.roll_deg=6.0", "pattern.pitch_deg=8.0", "pattern.yaw_deg=4.0", "pattern.period_s=5.9"),
 )
-MOUNTS = {"cabin": "cabin_center", "stinger": "sgl_mag_1"}
 
 LINEAR = (
     "field.earth.along_path=false",
@@ -116,6 +117,8 @@ WHOLE = (
     "field.propeller.enabled=true",
     "field.memory.enabled=true",
     "field.flex.enabled=true",
+    "field.controls.enabled=true",
+    "field.suspension.enabled=true",
     *WIRING,
 )
 """Every part on."""
@@ -134,7 +137,9 @@ EFFECTS = (
     Effect("propeller", ("field.propeller.enabled=true",)),
     Effect("hysteresis, play 6 %", ("field.memory.enabled=true", "field.memory.viscosity=false")),
     Effect("viscosity, 0.2 % a decade", ("field.memory.enabled=true", "field.memory.hysteresis=false")),
-    Effect("bending stinger", ("field.flex.enabled=true",)),
+    Effect("bending mounts", ("field.flex.enabled=true",)),
+    Effect("steel of the controls", ("field.controls.enabled=true",)),
+    Effect("engine on rubber mounts", ("field.suspension.enabled=true",)),
     Effect("onboard electronics", WIRING),
     Effect("heading error 0.15 cos + 0.1 cos 2", extra=heading_error),
     Effect("gyro shift", extra=gyro_shift),

@@ -275,8 +275,8 @@ def test_eddies_start_settled(aircraft: Aircraft, flight: Flight, response: Airc
 
 @pytest.mark.parametrize("name", [name for name in PLATFORM if name in PARTS])
 def test_parts_can_be_switched_and_scaled(run: Callable, name: str) -> None:
-    plain = run().parts_b
-    off, double = run(**{name: OFF}).parts_b, run(**{name: {"scale": -2.0}}).parts_b
+    plain, double = (run(**{name: {"enabled": True, "scale": scale}}).parts_b for scale in (1.0, -2.0))
+    off = run(**{name: OFF}).parts_b
     assert name not in off
     np.testing.assert_allclose(double[name], -2.0 * plain[name], rtol=1e-14)
     for other in off:

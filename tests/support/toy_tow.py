@@ -37,7 +37,26 @@ TOY = {
     "datum": "a place of the toy",
     "mounts": {"tail": {"position_m": [-8.0, 0.0, 0.0], "source": "a test"}},
     "permanent": [
-        {"name": "engine", "position_m": [0.8, 0.2, -0.5], "moment_am2": [30.0, -50.0, 80.0], "source": "a test"}
+        {
+            "name": "engine",
+            "position_m": [0.8, 0.2, -0.5],
+            "moment_am2": [30.0, -50.0, 80.0],
+            "suspension": "rubber",
+            "source": "a test",
+        }
+    ],
+    "suspensions": {
+        "rubber": {"position_m": [0.8, 0.2, -0.5], "compliance_mmpg": [5.0, 20.0, 30.0], "source": "a test"}
+    },
+    "controls": [
+        {
+            "name": "yoke",
+            "surface": "elevator",
+            "position_m": [1.0, 0.0, 0.3],
+            "moment_am2": [10.0, 0.0, 30.0],
+            "travel_mmpdeg": [10.0, 0.0, 5.0],
+            "source": "a test",
+        }
     ],
     "hinged": [
         {

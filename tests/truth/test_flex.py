@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from magsim.field.flex import REACH_M, BendingMode, bend, moved, specific_force
+from magsim.field.flex import REACH_M, BendingMode, bend, moved
+from magsim.field.load import specific_force
 from magsim.field.sources.dipoles import dipole_field
 from magsim.frames import rot_nb_from_attitude
 from magsim.trajectory import Trajectory

@@ -36,7 +36,7 @@ def test_the_figure_that_weaver_prints():
 @pytest.mark.parametrize("toward_deg", [0.0, 35.0, 90.0, 200.0])
 @pytest.mark.parametrize("height_m", [0.0, 40.0])
 def test_the_scalar_anomaly_is_that_of_lilley(period_s, toward_deg, height_m):
-    """Geophys. J. Int. 159 (2004) 565, equation 3: T a g mu0 sigma F (cos^2 theta cos^2 I + sin^2 I) exp(-k h) / 8 pi."""
+    """Geophys. J. Int. 159 (2004) 565, equation 3, with W = T a g mu0 sigma F / 8 pi."""
     inclination, strength = math.radians(-68.4), 60_280.0
     main_n = strength * np.array([math.cos(inclination), 0.0, math.sin(inclination)])
     field = at_height(one_wave(period_s, 1.0, toward_deg), main_n, height_m)
@@ -62,7 +62,7 @@ def test_the_currents_diffuse_as_they_do_on_a_grid(period_s, conductivity):
     z = np.linspace(-depth, 0.0, count)
     step = z[1] - z[0]
     along, up = main[0], -main[2]
-    # u = -i omega a (i, 1) exp(k z); its product with B across the wave: with y to the left of x and z, u_z B_x - u_x B_z.
+    # u = -i omega a (i, 1) exp(k z) along x and z; u x B is along y, to the left: u_z B_x - u_x B_z.
     drive = -1j * rate * np.exp(k * z) * (along - 1j * up) * -MU0 * conductivity
     band = np.zeros((3, count), dtype=complex)
     band[0, 1:], band[1], band[2, :-1] = 1.0, -2.0 - diffusion * step**2, 1.0

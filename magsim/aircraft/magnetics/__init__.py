@@ -14,6 +14,7 @@ from magsim.aircraft.magnetics.coils import Coil
 from magsim.aircraft.magnetics.feeders import LOADS, Bus, Feeder, check_feeders, wire_at
 from magsim.aircraft.magnetics.memory import Memory
 from magsim.aircraft.magnetics.mounts import FlexMode, Mount
+from magsim.aircraft.magnetics.moving import ControlDipole, Suspension, check_suspensions
 from magsim.aircraft.magnetics.permanent import (
     DIPOLE_CLEARANCE_M,
     SURFACES,
@@ -49,6 +50,7 @@ __all__ = [
     "Bus",
     "Carried",
     "Coil",
+    "ControlDipole",
     "Cylinder",
     "Dipole",
     "DrawnOutline",
@@ -69,6 +71,7 @@ __all__ = [
     "Steel",
     "Strip",
     "Surface",
+    "Suspension",
     "Tube",
 ]
 
@@ -91,6 +94,8 @@ class Magnetics(Strict):
         default=(), description="people and cases, aboard where a scenario sets a day"
     )
     hinged: Annotated[tuple[HingedDipole, ...], Field(strict=False)] = ()
+    controls: Annotated[tuple[ControlDipole, ...], Field(strict=False)] = ()
+    suspensions: dict[Name, Suspension] = Field(default_factory=dict)
     rotors: dict[Name, Rotor] = Field(default_factory=dict)
     rotating: Annotated[tuple[RotatingDipole, ...], Field(strict=False)] = ()
     memory: Memory | None = None
@@ -108,13 +113,14 @@ class Magnetics(Strict):
 
     @property
     def _dipoles(self) -> tuple[Dipole, ...]:
-        return (*self.permanent, *self.hinged, *self.rotating)
+        return (*self.permanent, *self.hinged, *self.controls, *self.rotating)
 
     @model_validator(mode="after")
     def _check_names(self) -> "Magnetics":
         carried = [part.name for part in self.carried]
         _unique("dipoles and what is carried", [*(dipole.name for dipole in self._dipoles), *carried])
         check_rotors(self.rotors, self.rotating)
+        check_suspensions(self.suspensions, self.permanent)
         _unique("steel parts", (name for part in self.steel for name in part.names))
         _unique("coils", (coil.name for coil in self.coils))
         _unique("feeders", (feeder.name for feeder in self.feeders))

@@ -2,18 +2,21 @@
 
 from typing import Annotated
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from magsim.aircraft.magnetics.base import Positive, Source, unit
 from magsim.config import Strict, Vector
 
 
 class FlexMode(Strict):
-    """One mode of bending of the boom or bracket that carries a mount, by its effect at the mount."""
+    """One way in which a mount gives: a mode of its boom, or a floor or bracket that follows the load."""
 
     direction: Vector = Field(description="unit vector: where the mount goes")
-    frequency_hz: Positive
-    damping: Annotated[float, Field(gt=0.0, lt=1.0, description="over the critical one")]
+    compliance_mmpg: Positive | None = Field(
+        default=None, description="way for each g, of what is far stiffer than a boom and does not swing"
+    )
+    frequency_hz: Positive | None = Field(default=None, description="natural frequency of a boom")
+    damping: Annotated[float | None, Field(gt=0.0, lt=1.0, description="of a boom, over the critical one")] = None
     participation: Positive = Field(
         default=1.0, description="1: a mass at the end of a light boom; 1.566: the end of a uniform cantilever"
     )
@@ -24,6 +27,16 @@ class FlexMode(Strict):
     source: Source
 
     _direction = field_validator("direction")(unit)
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> "FlexMode":
+        swings = self.frequency_hz is not None and self.damping is not None
+        gives = self.compliance_mmpg is not None
+        beside = {"frequency_hz", "damping", "participation"} & self.model_fields_set
+        if swings == gives or (gives and beside):
+            msg = "allowed: frequency_hz with damping for a boom that swings, or compliance_mmpg without them"
+            raise ValueError(msg)
+        return self
 
 
 class Mount(Strict):

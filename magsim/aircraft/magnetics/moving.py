@@ -1,11 +1,12 @@
 """What moves in flight: steel of the controls, and what hangs on rubber mounts."""
 
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 from pydantic import Field, field_validator, model_validator
 
 from magsim.aircraft.magnetics.base import Source, unit
-from magsim.aircraft.magnetics.permanent import Dipole, Surface
+from magsim.aircraft.magnetics.permanent import Dipole, FixedDipole, Surface
 from magsim.config import Strict, Vector
 
 
@@ -54,3 +55,21 @@ class Suspension(Strict):
             msg = f"{list(value)}: allowed: three values, none below 0 and one above"
             raise ValueError(msg)
         return value
+
+
+def check_suspensions(suspensions: Mapping[str, Suspension], dipoles: Sequence[FixedDipole]) -> None:
+    """Check that every suspension has something that hangs on it, and every dipole that hangs its suspension.
+
+    Raises
+    ------
+    ValueError
+        If one lacks the other.
+    """
+    for dipole in dipoles:
+        if dipole.suspension is not None and dipole.suspension not in suspensions:
+            msg = f"dipole {dipole.name!r} hangs on {dipole.suspension!r}; allowed: {', '.join(suspensions) or 'none'}"
+            raise ValueError(msg)
+    idle = sorted(set(suspensions) - {dipole.suspension for dipole in dipoles})
+    if idle:
+        msg = f"nothing hangs on suspension {idle[0]!r}; allowed: a [[permanent]] with suspension = {idle[0]!r}"
+        raise ValueError(msg)

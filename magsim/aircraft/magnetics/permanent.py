@@ -44,6 +44,7 @@ class FixedDipole(Dipole):
     notch_m: Vector | None = Field(
         default=None, description="of a part that moves with a seat: from one notch of its rail to the next"
     )
+    suspension: Name | None = Field(default=None, description="of the rubber mounts on which it hangs")
 
 
 class Carried(Strict):

@@ -1,15 +1,15 @@
 """The field of ocean waves: salt water that moves through the main field carries currents (Weaver 1965).
 
-J. T. Weaver, Magnetic variations associated with ocean waves and swell, Journal of Geophysical Research 70 (1965) 1921. In deep
-water a wave of amplitude ``a``, wavenumber ``k = omega^2 / g`` and direction ``s`` moves the water along a circle,
-``u = -i omega a (i s + z) exp(k z) exp(i psi)`` with ``psi = k s.x - omega t``. With the vector potential across the wave, the
-currents obey a diffusion equation in the water and none above it; joined at the mean surface they leave above it
+J. T. Weaver, Magnetic variations associated with ocean waves and swell, Journal of Geophysical Research 70 (1965) 1921.
+In deep water a wave of amplitude ``a``, wavenumber ``k = omega^2 / g`` and direction ``s`` moves the water in circles,
+``u = -i omega a (i s + z) exp(k z) exp(i psi)`` with ``psi = k s.x - omega t``. The vector potential across the wave
+obeys a diffusion equation in the water, and Laplace's above it; joined at the mean surface they leave above it
 
     b = Re a k (B_z + i B_s) (q - k) / (q + k) (z - i s) exp(-k h) exp(i psi),    q^2 = k^2 - i omega mu0 sigma,
 
-where ``B_z`` and ``B_s`` are the main field upward and along the wave. As ``omega mu0 sigma`` is small against ``k^2``, this is
-nearly ``a omega mu0 sigma / (4 k)`` times the field, ``T a g mu0 sigma F / (8 pi)`` in Lilley et al. (2004), Geophysical Journal
-International 159, 565.
+where ``B_z`` and ``B_s`` are the main field upward and along the wave. As ``omega mu0 sigma`` is small against ``k^2``,
+this is nearly ``a omega mu0 sigma / (4 k)`` times the field, ``T a g mu0 sigma F / (8 pi)`` in Lilley et al. (2004),
+Geophysical Journal International 159, 565.
 """
 
 import math
@@ -24,7 +24,7 @@ from magsim.errors import DataError
 from magsim.field.background.main_field import earth_at_start
 from magsim.field.background.path import Knots, in_body, knots_of, longest, positions_along
 from magsim.field.situation import Situation
-from magsim.scenario import Scenario, Swell
+from magsim.scenario import Swell
 from magsim.streams import stream
 from magsim.terrain import Ground
 from magsim.units import G0, MU0
@@ -33,7 +33,7 @@ LEAST_NT = 1e-6
 """A swell that is nowhere stronger than this at the aircraft is refused: it would be a setting without effect."""
 
 SHORTEST, LONGEST = 2.5, 0.6
-"""Frequencies of the waves over that of the peak, from the longest to the shortest; beyond there is 1 % of the power."""
+"""Frequencies of the waves over that of the peak, from the longest to the shortest; beyond is 1 % of the power."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,9 @@ class SeaWaves:
         across = -main_n[2] + 1j * np.einsum("ki,i->k", self.direction, main_n[:2])
         return self.amplitude_m * k * across * (q - k) / (q + k)
 
-    def field(self, strength_nt: np.ndarray, place_n: np.ndarray, height_m: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    def field(
+        self, strength_nt: np.ndarray, place_n: np.ndarray, height_m: np.ndarray, time_s: np.ndarray
+    ) -> np.ndarray:
         """Return the field of waves of given strengths (k,), (n, 3) [nT] north, east, down.
 
         Parameters
@@ -94,7 +96,11 @@ class SeaWaves:
         angle += self.phase + np.angle(strength_nt)
         size = np.abs(strength_nt) * np.exp(-np.outer(height_m, k))
         level = size * np.sin(angle)
-        sums = [np.einsum("nk,k->n", level, un), np.einsum("nk,k->n", level, ue), -np.einsum("nk->n", size * np.cos(angle))]
+        sums = [
+            np.einsum("nk,k->n", level, un),
+            np.einsum("nk,k->n", level, ue),
+            -np.einsum("nk->n", size * np.cos(angle)),
+        ]
         return np.column_stack(sums)
 
 
@@ -173,8 +179,8 @@ def check_over_water(ground: Ground | None, situation: Situation) -> None:
     if land.any():
         at = int(land.argmax())
         msg = (
-            f"field.swell: at {situation.time_s[at]:.1f} s the flight is over land, which is above mean sea level; allowed: "
-            f"flights over the sea, where [terrain] is 0 m high or left out"
+            f"field.swell: at {situation.time_s[at]:.1f} s the flight is over land, above mean sea level; allowed: "
+            "flights over the sea, where [terrain] is 0 m high or left out"
         )
         raise DataError(msg)
 
@@ -184,7 +190,7 @@ def check_felt(waves: SeaWaves, strength_nt: np.ndarray, lowest_m: float) -> Non
     left = float(np.sum(np.abs(strength_nt) * np.exp(-waves.wavenumber * max(lowest_m, 0.0))))
     if left < LEAST_NT:
         msg = (
-            f"field.swell: {lowest_m:.0f} m above the sea, where the flight is lowest, it leaves {left:.1g} nT; allowed: lower "
-            f"flights, longer waves, or no [field.swell]"
+            f"field.swell: {lowest_m:.0f} m above the sea, where the flight is lowest, it leaves {left:.1g} nT; "
+            "allowed: lower flights, longer waves, or no [field.swell]"
         )
         raise DataError(msg)

@@ -1,4 +1,4 @@
-"""Dipoles that are carried about: by the controls, or by rubber mounts that give way."""
+"""Dipoles that move: with the controls, or on rubber mounts that give way."""
 
 from dataclasses import dataclass, replace
 
@@ -34,7 +34,7 @@ def dipole_gradient(position: np.ndarray, moment: np.ndarray, points: np.ndarray
 
 
 @dataclass(frozen=True)
-class CarriedDipole:
+class LinkedDipole:
     """A dipole on a control, which goes and turns in proportion to the deflection of a surface.
 
     Attributes

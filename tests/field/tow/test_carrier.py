@@ -14,7 +14,7 @@ from magsim.field.tow.carrier import carrier_field, linear_field, turning_field
 from tests.support.rotations import rotate_about
 from tests.support.toy_tow import both, flown, places_of, scenario_of, seen_from, turns
 
-PARTS = ("permanent", "hinged", "propeller", "induced", "memory", "eddy", "electronics")
+PARTS = ("permanent", "hinged", "controls", "suspension", "propeller", "induced", "memory", "eddy", "electronics")
 
 
 ROWS = np.arange(300, 3000, 190)
@@ -50,6 +50,15 @@ def turning_by_hand(above: FlightExcitation, places: np.ndarray) -> np.ndarray:
         axis, hinge = np.array(flap.hinge_axis), np.array(flap.hinge_point_m)
         at = hinge + rotate_about(axis, angle, np.array(flap.position_m) - hinge)
         out += dipole_field(at, rotate_about(axis, angle, np.array(flap.moment_am2)), places)
+    if field.is_on("controls"):
+        yoke, angle = magnetics.controls[0], 0.3 * np.sin(0.9 * above.situation.time_s[ROWS])
+        at = np.array(yoke.position_m) + np.outer(np.degrees(angle), [0.01, 0.0, 0.005])
+        out += dipole_field(at, np.array(yoke.moment_am2), places)
+    if field.is_on("suspension"):
+        engine = magnetics.permanent[0]
+        place, moment = np.array(engine.position_m), np.array(engine.moment_am2)
+        way = -above.load_g(place)[ROWS] * [0.005, 0.02, 0.03]
+        out += dipole_field(place + way, moment, places) - dipole_field(place, moment, places)
     if field.is_on("propeller"):
         hub, motion = magnetics.rotating[0], above.rotations["main"]
         # The mean over the step around each sample; the rotor keeps its speed in it, the places and the field stay.
