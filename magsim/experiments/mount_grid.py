@@ -52,7 +52,7 @@ class Extent:
         if skin is not None:
             return cls(skin.vertices, skin, mounts)
         magnetics = aircraft.magnetics
-        dipoles = [dipole.position_m for dipole in (*magnetics.permanent, *magnetics.hinged)]
+        dipoles = [dipole.position_m for dipole in (*magnetics.permanent, *magnetics.hinged, *magnetics.controls)]
         steel = load_steel(aircraft).corners.reshape(-1, 3)
         return cls(np.concatenate([mounts, np.reshape(dipoles, (-1, 3)), steel]), None, mounts)
 

@@ -67,6 +67,7 @@ def _magnetics(nominal: Magnetics, draws: Draws) -> Magnetics:
             "mounts": {name: _mount(mount, draws(f"mount/{name}")) for name, mount in nominal.mounts.items()},
             "permanent": tuple(_seated(_dipole(dipole, draws), notches) for dipole in nominal.permanent),
             "hinged": tuple(_dipole(dipole, draws) for dipole in nominal.hinged),
+            "controls": tuple(_dipole(dipole, draws) for dipole in nominal.controls),
             "rotating": tuple(_dipole(dipole, draws) for dipole in nominal.rotating),
             "steel": tuple(_steel(part, draws(f"steel/{part.name}")) for part in nominal.steel),
             "coils": tuple(_coil(coil, draws(f"coil/{coil.name}")) for coil in nominal.coils),

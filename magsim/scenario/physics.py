@@ -16,7 +16,7 @@ from magsim.scenario.variation import Variation
 class Departure(Strict):
     """What the main field has and its model has not: waves of 5 to 500 km, and a vector that changes over hours."""
 
-    enabled: bool = True
+    enabled: bool | None = Field(default=None, description="left out: on, unless the field is without gradient")
     scale: NonNegative = Field(default=1.0, le=100.0, description="1: the error that WMM2025 states for itself")
     seed: int = Field(
         default=0,
@@ -40,7 +40,7 @@ class Earth(Strict):
     @field_validator("departure")
     @classmethod
     def _along_path(cls, value: Departure, info: ValidationInfo) -> Departure:
-        if info.data.get("along_path") is False and "enabled" in value.model_fields_set and value.enabled:
+        if info.data.get("along_path") is False and value.enabled:
             msg = "enabled = true has no effect with along_path = false; allowed: along_path = true, or enabled = false"
             raise ValueError(msg)
         return value
@@ -48,14 +48,14 @@ class Earth(Strict):
     @property
     def departs(self) -> bool:
         """Whether the field departs from its model; one without gradient does not."""
-        return self.along_path and self.departure.enabled
+        return self.along_path and self.departure.enabled is not False
 
     @property
     def description(self) -> str:
         """What the main field of a recording is, in words."""
         if not self.along_path:
             return "IGRF-14 of the start point everywhere, without gradient and without departure from the model"
-        if not self.departure.enabled:
+        if not self.departs:
             return "IGRF-14, without departure from the model"
         times = "" if self.departure.scale == 1.0 else f" times {self.departure.scale:g}"
         return f"IGRF-14 with the departure of world {self.departure.seed}{times}"

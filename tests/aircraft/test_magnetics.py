@@ -172,6 +172,12 @@ def test_modes_of_a_mount(settings: dict) -> None:
     _refused(settings, "greater than 0")
 
 
+def test_what_was_read_can_be_read_again() -> None:
+    for name in ("c208b", "uav", "helicopter"):
+        magnetics = load_aircraft(name).magnetics
+        assert Magnetics.model_validate(magnetics.model_dump(mode="json")) == magnetics
+
+
 def test_controls_move(settings: dict) -> None:
     good = settings["controls"][0]
     for change, message in (

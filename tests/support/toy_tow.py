@@ -104,7 +104,7 @@ TOY = {
 
 def toy_aircraft() -> Aircraft:
     """Return a carrier with one source of every kind."""
-    return Aircraft("toy", load_aircraft("helicopter").facts, Magnetics.model_validate(TOY), "toy")
+    return Aircraft("toy", load_aircraft("helicopter").facts, Magnetics.model_validate(TOY))
 
 
 def toy_bird() -> Bird:

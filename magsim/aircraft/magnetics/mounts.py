@@ -30,10 +30,10 @@ class FlexMode(Strict):
 
     @model_validator(mode="after")
     def _one_kind(self) -> "FlexMode":
-        swings = self.frequency_hz is not None and self.damping is not None
-        gives = self.compliance_mmpg is not None
-        beside = {"frequency_hz", "damping", "participation"} & self.model_fields_set
-        if swings == gives or (gives and beside):
+        boom = (self.frequency_hz, self.damping)
+        swings = None not in boom and self.compliance_mmpg is None
+        gives = boom == (None, None) and self.participation == 1.0 and self.compliance_mmpg is not None
+        if not (swings or gives):
             msg = "allowed: frequency_hz with damping for a boom that swings, or compliance_mmpg without them"
             raise ValueError(msg)
         return self

@@ -10,7 +10,7 @@ from magsim.field import compute_field, load_response
 from magsim.field.background.departure import departure_of, vector_along
 from magsim.field.background.station import station_field
 from magsim.loading import load_scenario
-from magsim.scenario import BaseStation
+from magsim.scenario import BaseStation, Earth
 from magsim.terrain import TangentPlane
 from tests.field.background.test_background import (
     AIRCRAFT,
@@ -100,5 +100,6 @@ def test_a_departure_without_gradient_is_refused():
     earth = load_scenario("calibration_c208b", uniform).scenario.field.earth
     assert not earth.departs
     assert "everywhere, without gradient" in earth.description
+    assert Earth.model_validate(earth.model_dump()) == earth
     with pytest.raises(RequestError, match="no effect with along_path = false; allowed: along_path = true"):
         load_scenario("calibration_c208b", (*uniform, "field.earth.departure.enabled=true"))
