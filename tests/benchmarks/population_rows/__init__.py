@@ -1,0 +1,1 @@
+"""Rows of ``population.py``, one module for each subject."""
