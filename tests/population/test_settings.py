@@ -1,9 +1,13 @@
 """What a day sets in a scenario: nothing that the scenario states, and only what it takes."""
 
+import re
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.stats import kstest
 
+from magsim.cli.info import info
 from magsim.loading import LoadedScenario, load_scenario
 from magsim.population import DAY, INDIVIDUAL, settings
 from magsim.recording import Recording
@@ -168,5 +172,8 @@ def test_the_day_is_provenance_and_no_method_sees_it(write, tmp_path) -> None:
     assert "variation_cabin_x_nt" in recording
     recording.write(tmp_path / "later.h5")
     assert Recording.read(tmp_path / "later.h5").meta["day"] == 3
+    shown = CliRunner().invoke(info, [str(tmp_path / "later.h5")]).output
+    assert re.search(r"^  individual +2$", shown, flags=re.MULTILINE)
+    assert re.search(r"^  day +3$", shown, flags=re.MULTILINE)
     for copy in (recording.labeled(), recording.blind()):
         assert not {"individual", "day", "digest"} & set(copy.meta)
