@@ -53,6 +53,10 @@ class ManeuverFlown:
     """Half of the peak to peak of the flown angle over the middle cycles [deg]."""
     kind: str = ""
     """``combined`` for one of several simultaneous axes, else its axis."""
+    ease_in_s: float = 0.0
+    """Time before the first cycle in which the oscillation rises [s]."""
+    ease_out_s: float = 0.0
+    """Time after the last cycle in which it falls [s]."""
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,27 @@
 """The survey autopilot as JSBSim system XML: inner loops, height, heading and speed loops, sine generators.
 
-All loops run at the step rate inside JSBSim; Python sets set points ten times a second. Properties that Python writes
-are in ``INPUTS``; ``SineGenerator`` names those of a generator. Angles are in radians, times in seconds, height and
-speed in feet (JSBSim's units); commands of surfaces are normalized by the larger travel.
+All loops run at the step rate inside JSBSim; Python sets set points ten times a second. Those of ``RAMPED`` come with
+a rate and a time, and every step takes its own value of the ramp: a staircase of ten steps a second would shake the
+controls, and alias onto the rows of a recording. Properties that Python writes are in ``INPUTS``; ``SineGenerator``
+names those of a generator. Angles are in radians, times in seconds, height and speed in feet (JSBSim's units); commands
+of surfaces are normalized by the larger travel.
 
 The loops, with V the true airspeed, s and c the sine of a generator and its derivative, I[.] clipped integrals::
 
-    path       e_gam = hold (clip(k_h (h_set - h)) + climb - hdot) / V
-               gam = clip(k_g e_gam + I[e_gam]) + climb / V
+    path       e_gam = hold_h (clip(k_h (h_set - h)) + climb - hdot) / V
+               gam = clip(k_g e_gam + I[e_gam]) + hold_h climb / V
     pitch      e_th = theta_0 + gam + turn + flaps + s_pitch - theta
                elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
     heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
     roll       e_phi = bank + s_roll - phi
                aileron = k_p (k_phi e_phi + c - phidot) + I[e_phi]
-    turn       rudder = -k_r ((g/V) tan(phi) - psidot)
-    yaw held   rudder = -k_y (k_psi (psi_set + s_yaw - psi) + c - psidot)
+    turn       rudder_t = -k_r ((g/V) tan(phi) - psidot)
+    yaw held   rudder_y = -k_y (k_psi (psi_set + s_yaw - psi) + c - psidot)
+               rudder = rudder_t + hold_y (rudder_y - rudder_t)
     speed      throttle = clip(k_v e_v + I[e_v])
 
-Headings psi are those of grid north near the poles (``magsim.earth.grid``). Every error is multiplied by ``ap/on``,
+The holds are shares from 0 to 1 by which the guidance fades height hold, heading hold and yaw hold in and out; an
+integral whose error is faded out keeps its value. Headings psi are those of grid north near the poles (``magsim.earth.grid``). Every error is multiplied by ``ap/on``,
 which is 0 while the model is trimmed. A generator eases in before its first cycle and out after its last one: the half
 cycle at rising amplitude that goes before gives the integral of the sine no mean, so that a roll train does not turn
 the mean course and a pitch train does not change the mean height.
@@ -40,17 +44,32 @@ AXES = ("pitch", "roll", "yaw")
 FED = {"roll": "yaw", "yaw": "roll"}
 """Axes that disturb each other by their own frequencies; pitch does not, as the aircraft is symmetric."""
 
-INPUTS = (
-    "ap/on",
+RAMPED = (
     "ap/hold-height",
     "ap/height-ft",
     "ap/climb-fps",
-    "ap/theta-rad",
     "ap/hold-heading",
     "ap/heading-rad",
-    "ap/grid-norm",
     "ap/bank-rad",
     "ap/hold-yaw",
+)
+"""Set points that move: each is its value at ``RAMP_START`` plus its rate, ``rate_of``, times the time since."""
+
+RAMP_START = "ap/ramp-start-s"
+
+
+def rate_of(name: str) -> str:
+    """Return the property of the rate of a ramped set point, in its unit for each second."""
+    return f"{name}-per-s"
+
+
+INPUTS = (
+    *RAMPED,
+    *(rate_of(name) for name in RAMPED),
+    RAMP_START,
+    "ap/on",
+    "ap/theta-rad",
+    "ap/grid-norm",
     "ap/speed-fps",
     "ap/flap-rad",
     "ap/flap-lift-norm",
@@ -98,7 +117,9 @@ def system_xml(facts: Facts) -> str:
     generators = "".join(_generator(SineGenerator(axis)) for axis in AXES)
     return f"""<?xml version="1.0"?>
 <system name="survey autopilot">
-{declared} <channel name="sines">
+{declared} <channel name="ramps">
+{_define("ap/ramp-s", _difference("simulation/sim-time-sec", RAMP_START))} </channel>
+ <channel name="sines">
 {generators} </channel>
  <channel name="vertical">
 {_vertical(facts)} </channel>
@@ -128,6 +149,11 @@ def _part(part: object) -> str:
 _sum, _difference, _product, _quotient = _tag("sum"), _tag("difference"), _tag("product"), _tag("quotient")
 _min, _max, _sin, _cos, _tan, _fmod = _tag("min"), _tag("max"), _tag("sin"), _tag("cos"), _tag("tan"), _tag("fmod")
 _if, _and, _lt, _gt = _tag("ifthen"), _tag("and"), _tag("lt"), _tag("gt")
+
+
+def _ramped(name: str) -> str:
+    """Write a set point at the time of the step."""
+    return _sum(name, _product(rate_of(name), "ap/ramp-s"))
 
 
 def _clip(value: object, limit: float) -> str:
@@ -205,13 +231,14 @@ def _vertical(facts: Facts) -> str:
     gains, pitch = facts.autopilot, SineGenerator("pitch")
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
     back = _clip(
-        _product(gains.altitude.value, _difference("ap/height-ft", "position/geod-alt-ft")),
+        _product(gains.altitude.value, _difference(_ramped("ap/height-ft"), "position/geod-alt-ft")),
         gains.climb_limit.value / FT,
     )
     # The planned climb is commanded directly; the loops only correct the remaining error.
-    climb = _sum(back, "ap/climb-fps")
-    planned = _product("ap/on", "ap/hold-height", _quotient("ap/climb-fps", speed))
-    path_error = _product("ap/on", "ap/hold-height", _quotient(_difference(climb, "velocities/h-dot-fps"), speed))
+    share = _product("ap/on", _ramped("ap/hold-height"))
+    planned = _quotient(_product("ap/hold-height-norm", _ramped("ap/climb-fps")), speed)
+    climb = _sum(back, _ramped("ap/climb-fps"))
+    path_error = _quotient(_product("ap/hold-height-norm", _difference(climb, "velocities/h-dot-fps")), speed)
     steered = _sum(_product(gains.path.value, "ap/path-error-rad"), "ap/integral/path")
     path = _sum(_clip(steered, gains.path_limit.value), planned)
     # In a turn the wing must lift 1/cos(bank) times the weight: more pitch at once, without waiting for the height.
@@ -234,7 +261,8 @@ def _vertical(facts: Facts) -> str:
     speed_error = _product("ap/on", _difference("ap/speed-fps", "velocities/vt-fps"))
     throttle = _clip(_sum(_product(gains.speed.value * FT, "ap/speed-error-fps"), "ap/integral/speed"), 1.0)
     return (
-        _define("ap/path-error-rad", path_error)
+        _define("ap/hold-height-norm", share)
+        + _define("ap/path-error-rad", path_error)
         + _integral("path", gains.path_integral.value, "ap/path-error-rad", gains.path_limit.value)
         + _define("ap/path-rad", path)
         + _define("ap/pitch-error-rad", _product("ap/on", _difference(wanted, "attitude/theta-rad")))
@@ -250,18 +278,18 @@ def _lateral(facts: Facts) -> str:
     """Write the loops of heading, roll, coordination, and the yaw maneuver."""
     gains, roll, yaw = facts.autopilot, SineGenerator("roll"), SineGenerator("yaw")
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
-    # psi and its set point lie in 0..2 pi; fmod of a positive argument wraps the difference. Near the poles both are
-    # counted from grid north: the longitude, -pi..pi, is added or subtracted.
+    # psi lies in 0..2 pi, and so does its set point where the ramp begins; fmod of a positive argument wraps the
+    # difference. Near the poles both are counted from grid north: the longitude, -pi..pi, is added or subtracted.
     grid = _product("ap/grid-norm", "position/long-gc-rad")
-    turned = _difference(_sum("ap/heading-rad", 3.0 * math.pi), _sum("attitude/psi-rad", grid))
+    turned = _difference(_sum(_ramped("ap/heading-rad"), 5.0 * math.pi), _sum("attitude/psi-rad", grid))
     heading_error = _product("ap/on", _difference(_fmod(turned, 2.0 * math.pi), math.pi))
     course = _product(
         gains.course.value / (G0 / FT),
-        "ap/hold-heading",
+        _ramped("ap/hold-heading"),
         speed,
         _clip("ap/heading-error-rad", gains.intercept_limit.value),
     )
-    bank = _clip(_sum(course, "ap/bank-rad"), gains.bank_limit.value)
+    bank = _clip(_sum(course, _ramped("ap/bank-rad")), gains.bank_limit.value)
     roll_error = _product(
         "ap/on", _difference(_sum("ap/bank-command-rad", _oscillation(roll, yaw)), "attitude/phi-rad")
     )
@@ -277,10 +305,10 @@ def _lateral(facts: Facts) -> str:
         _product(-1.0, "velocities/psidot-rad_sec"),
     )
     turn_rate = _difference(_quotient(_product(G0 / FT, _tan("attitude/phi-rad")), speed), "velocities/psidot-rad_sec")
-    rudder = _product(
-        "ap/on",
-        _if("ap/hold-yaw", _product(-gains.yaw_rate.value, yaw_rate), _product(-gains.coordination.value, turn_rate)),
-    )
+    turning = _product(-gains.coordination.value, turn_rate)
+    held = _product(-gains.yaw_rate.value, yaw_rate)
+    hold = _ramped("ap/hold-yaw")
+    rudder = _product("ap/on", _sum(_product(_difference(1.0, hold), turning), _product(hold, held)))
     return (
         _define("ap/heading-error-rad", heading_error)
         + _define("ap/bank-command-rad", bank)

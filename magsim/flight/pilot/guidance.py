@@ -1,8 +1,10 @@
 """Following a path ten times a second: place, course and curvature to heading and bank.
 
-The course error is added to the heading, so the aircraft crabs into the wind. The bank that the path's curvature
-needs is commanded one delay ahead. During a roll train, the change of course that a coordinated turn would give is
-subtracted from the errors, so that the guidance corrects the rest alone; during a yaw train the mean heading is held.
+The set points of a tick are those of the next one; the autopilot moves to them at a constant rate
+(``autopilot.RAMPED``), so none of them jumps. The course error is added to the heading, so the aircraft crabs into the
+wind. The bank that the path's curvature needs is commanded one delay ahead. During a roll train, the change of course
+that a coordinated turn would give is subtracted from the errors, so that the guidance corrects the rest alone; during
+a yaw train the mean heading is held, during a pitch train no height. One way of steering is faded into the next.
 """
 
 import math
@@ -31,7 +33,10 @@ LEAST_BANK = math.radians(5.0)
 """Bank that corrections may always take, in a planned turn too."""
 
 FADE_S = 3.0
-"""Time in which one way of steering is faded into another at the ends of a train, so that the bank does not jump."""
+"""Time in which one way of steering is faded into another at the ends of a train, so that no control jumps."""
+
+SETTLE_S = 1.0
+"""Time constant with which a held heading or bank takes a new value where one train follows another of its axis."""
 
 
 class Crossing(NamedTuple):
@@ -55,13 +60,13 @@ class GuidanceInput(NamedTuple):
 
 
 class SetPoints(NamedTuple):
-    """Set points of the autopilot; ``hold_heading`` is the share of the heading loop, 0 to 1."""
+    """Set points of the autopilot at the next tick; the loops that hold something have shares, 0 to 1."""
 
     heading: float
     bank: float
     hold_heading: float
-    hold_yaw: bool
-    hold_height: bool
+    hold_yaw: float
+    hold_height: float
 
 
 def wrap(angle: float) -> float:
@@ -69,9 +74,25 @@ def wrap(angle: float) -> float:
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-def _smooth(part: float) -> float:
-    """Return the cubic step from 0 to 1."""
-    return part * part * (3.0 - 2.0 * part)
+class _Fade:
+    """A share that fades between 0 and 1 by a cubic step."""
+
+    def __init__(self, part: float) -> None:
+        self._part = part
+        self.share = part
+
+    def move(self, on: bool, fade_s: float = FADE_S) -> None:
+        """Move one tick towards 1 or 0."""
+        if self._part == on:
+            return
+        step = 1.0 / (fade_s * TICK_HZ)
+        part = self._part = min(1.0, self._part + step) if on else max(0.0, self._part - step)
+        self.share = part * part * (3.0 - 2.0 * part)
+
+
+def _settled(held: float, goal: float) -> float:
+    """Return a held angle [rad] one tick later on its way to a new value."""
+    return held + wrap(goal - held) / (SETTLE_S * TICK_HZ)
 
 
 def _weathercock(facts: Facts) -> float:
@@ -101,11 +122,13 @@ class Guidance:
         self._line_s = gains.line.value
         self._intercept = gains.intercept_limit.value
         self._lead_s = gains.bank_lag.value
-        self._held: float | None = None
-        self._held_course = 0.0
+        self._held = self._held_course = 0.0
+        self._held_goal: tuple[float, float] | None = None
         self._weathercock = _weathercock(facts)
         self._most_bank = most_bank
-        self._hold, self._quiet, self._quiet_bank = 1.0, 0.0, 0.0
+        self._heading, self._height = _Fade(1.0), _Fade(1.0)
+        self._quiet, self._yaw, self._banked = _Fade(0.0), _Fade(0.0), _Fade(0.0)
+        self._quiet_bank = 0.0
         self._wind = (0.0, 0.0)
         self._roll_course, self._roll_off_m = 0.0, 0.0
         self._off_m = self._v_down = 0.0
@@ -132,50 +155,62 @@ class Guidance:
         """
         speed = math.hypot(motion.v_north, motion.v_east)
         self._advance(time_s, motion, speed)
-        place, axes = self._place, {train.axis for train in trains}
+        axes = {train.axis for train in trains}
         rising, self._v_down = (self._v_down - motion.v_down) * TICK_HZ, motion.v_down
         lifted = G0 + rising if "pitch" in axes else G0
-        self._follow_roll(time_s, speed, [train for train in trains if train.axis == "roll"], lifted)
-        gain = self._course_gain
-        if "roll" in axes:
-            slowest = min(train.omega for train in trains if train.axis == "roll")
-            gain = min(QUIET_GAIN * gain, QUIET_OMEGA * slowest)
-        error = self._course_error(place.course, speed, motion, self._line_s * self._course_gain / gain)
-        lead, hold_height = self._lead_bank(speed, motion), "pitch" not in axes
-        self._fade(axes)
-        if "roll" in axes:
-            self._quiet_bank = gain * motion.airspeed / G0 * (error + self._roll_course)
-        bank, share = lead + _smooth(self._quiet) * self._quiet_bank, _smooth(self._hold)
+        rolls = [train for train in trains if train.axis == "roll"]
+        self._follow_roll(time_s, speed, rolls, lifted)
+        if rolls:
+            self._steer_quietly(speed, motion, rolls)
         if "yaw" in axes:
-            if self._held is None:
-                # The course that comes back to the line by the end of the trains.
-                lasts_s = max(train.stop_s + train.ease_out_s for train in trains) - time_s
-                error = self._course_error(place.course, speed, motion, max(self._line_s, lasts_s))
-                course = math.atan2(motion.v_east, motion.v_north) + error
-                self._held, self._held_course = crab_heading(motion.airspeed, course, self._wind), course
-            heading = self._held
-            if "roll" in axes:
-                # The banked lift changes the course, slowly too under a pitch train; the heading must not follow.
-                turned = wrap(math.atan2(motion.v_east, motion.v_north) - self._held_course)
-                heading -= self._weathercock * turned
-            return SetPoints(heading % (2.0 * math.pi), bank, share, True, hold_height)
-        self._held = None
+            self._hold_yaw(speed, motion, max(train.stop_s + train.ease_out_s for train in trains) - time_s)
+        else:
+            self._held_goal = None
         if not axes:
             self._estimate_wind(motion)
-        # The set point stands still for a tick while the heading turns: give it the turn of half a tick.
-        ahead = 0.5 / TICK_HZ * speed * place.curvature
-        most = max(LEAST_BANK, self._most_bank - abs(lead)) * G0 / (self._course_gain * motion.airspeed)
-        error = max(-most, min(most, error))
-        return SetPoints((motion.heading + error + ahead) % (2.0 * math.pi), bank, share, False, hold_height)
+        lead = self._lead_bank(speed, motion)
+        heading = self._free_heading(speed, motion, lead)
+        if self._yaw.share:
+            # The banked lift of a roll train changes the course, slowly too under a pitch train; the heading must not
+            # follow.
+            turned = wrap(math.atan2(motion.v_east, motion.v_north) - self._held_course)
+            held = self._held - self._banked.share * self._weathercock * turned
+            heading += self._yaw.share * wrap(held - heading)
+        bank = lead + self._quiet.share * self._quiet_bank
+        self._fade(axes)
+        return SetPoints(heading % (2.0 * math.pi), bank, self._heading.share, self._yaw.share, self._height.share)
 
     def _fade(self, axes: set[str]) -> None:
         """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
-        if not axes and self._hold == 1.0 and self._quiet == 0.0:
-            return
-        step = 1.0 / (FADE_S * TICK_HZ)
-        hold, quiet = not axes & {"roll", "yaw"}, "roll" in axes and "yaw" not in axes
-        self._hold = min(1.0, self._hold + step) if hold else max(0.0, self._hold - step)
-        self._quiet = min(1.0, self._quiet + step) if quiet else max(0.0, self._quiet - step)
+        self._height.move("pitch" not in axes, 10.0 if "pitch" not in axes else 3.0)
+        self._heading.move(not axes & {"roll", "yaw"})
+        self._quiet.move("roll" in axes and "yaw" not in axes)
+        self._yaw.move("yaw" in axes)
+        self._banked.move("roll" in axes)
+
+    def _free_heading(self, speed: float, motion: GuidanceInput, lead: float) -> float:
+        """Return the heading [rad] of the next tick that leads back to the path."""
+        error = self._course_error(speed, motion, self._line_s)
+        most = max(LEAST_BANK, self._most_bank - abs(lead)) * G0 / (self._course_gain * motion.airspeed)
+        return motion.heading + max(-most, min(most, error)) + speed * self._place.curvature / TICK_HZ
+
+    def _steer_quietly(self, speed: float, motion: GuidanceInput, rolls: Sequence[SineTrain]) -> None:
+        """Set the bank of the course loop during a roll train: slow beside the train, blind to the course it makes."""
+        gain = min(QUIET_GAIN * self._course_gain, QUIET_OMEGA * min(train.omega for train in rolls))
+        error = self._course_error(speed, motion, self._line_s * self._course_gain / gain)
+        bank = gain * motion.airspeed / G0 * (error + self._roll_course)
+        self._quiet_bank = _settled(self._quiet_bank, bank) if self._quiet.share else bank
+
+    def _hold_yaw(self, speed: float, motion: GuidanceInput, lasts_s: float) -> None:
+        """Set the heading of a yaw train: that of the course that comes back to the line by the end of the trains."""
+        if self._held_goal is None:
+            error = self._course_error(speed, motion, max(self._line_s, lasts_s))
+            course = math.atan2(motion.v_east, motion.v_north) + error
+            self._held_goal = crab_heading(motion.airspeed, course, self._wind), course
+            if not self._yaw.share:
+                self._held, self._held_course = self._held_goal
+        heading, course = self._held_goal
+        self._held, self._held_course = _settled(self._held, heading), _settled(self._held_course, course)
 
     def _estimate_wind(self, motion: GuidanceInput) -> None:
         """Estimate the wind as the smoothed difference of ground and air velocity; not during maneuvers."""
@@ -225,15 +260,18 @@ class Guidance:
             self.index += 1
             self.crossings.append(Crossing(self.index, crossed_s))
 
-    def _course_error(self, course: float, speed: float, motion: GuidanceInput, line_s: float) -> float:
+    def _course_error(self, speed: float, motion: GuidanceInput, line_s: float) -> float:
         """Return the turn [rad] to the course that closes the distance from the path in a time."""
         back = math.atan((self._off_m - self._roll_off_m) / (speed * line_s))
-        wanted = course - max(-self._intercept, min(self._intercept, back))
+        wanted = self._place.course - max(-self._intercept, min(self._intercept, back))
         return wrap(wanted - math.atan2(motion.v_east, motion.v_north))
 
     def _lead_bank(self, speed: float, motion: GuidanceInput) -> float:
-        """Return the bank for the curvature one roll delay ahead: V_ground^2 / (R g), over the cosine of the crab."""
-        ahead = self.along_m + speed * self._lead_s
+        """Return the bank of the next tick for the curvature one roll delay ahead of it.
+
+        It is ``V_ground^2 / (R g)`` over the cosine of the crab.
+        """
+        ahead = self.along_m + speed * (self._lead_s + 1.0 / TICK_HZ)
         index = self.index
         while ahead > self._path[index].length_m and index + 1 < len(self._path):
             ahead -= self._path[index].length_m

@@ -88,5 +88,7 @@ def measure(train: SineTrain, carrier: Trajectory) -> tuple[ManeuverFlown, float
         off_axis_deg=(math.degrees(others[0]), math.degrees(others[1])),
         half_peak_to_peak_deg=0.5 * math.degrees(float(np.ptp(attitude[middle, axis]))),
         kind=train.kind,
+        ease_in_s=train.ease_in_s,
+        ease_out_s=train.ease_out_s,
     )
     return flown, fit.phase

@@ -12,7 +12,7 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.flight.model.aero import bank_below_stall
-from magsim.flight.model.autopilot import SineGenerator
+from magsim.flight.model.autopilot import RAMP_START, SineGenerator, rate_of
 from magsim.flight.model.channels import CHANNELS, TO_SI
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
 from magsim.flight.model.setup import PlantSetup
@@ -122,7 +122,8 @@ class Pilot:
         self._steps_per_row = setup.step_hz // log_hz
         self._rows = array("d", self.plant.row)
         self._seen = 0
-        self._ordered: SetPoints | None = None
+        self._targets: dict[str, float] = {}
+        self._moving: set[str] = set()
         self._monitor, self._gusts = monitor, GustSchedule(setup.weather)
         self.flaps = FlapSchedule(flaps)
         self._turned = self._convergence()
@@ -170,17 +171,19 @@ class Pilot:
         flaps = self.flaps.setting(time)
         if flaps is not None:
             self.plant.command("ap/flap-rad", flaps)
-        # The set point stands still for a tick while north turns: give it the turn of half a tick.
-        self._command(order, order.heading - turned - 0.5 * turning)
+        self.plant.command(RAMP_START, self.plant.clock_s)
+        # North turns too until the next tick.
+        self._command(order, order.heading - turned - turning)
         if self._heights is not None:
             self._climb(self._heights, time, math.hypot(motion.v_north, motion.v_east))
 
     def _climb(self, heights: HeightPlan, time_s: float, speed: float) -> None:
-        """Command the planned height of the next tick's middle, and the planned climb one delay of the loops ahead."""
+        """Command the planned height of the next tick, and the planned climb one delay of the loops ahead of it."""
         along = self._before_m[self.guidance.index] + self.guidance.along_m
         self.planned.append((time_s, heights.at(along)))
-        self.plant.command("ap/height-ft", heights.at(along + 0.5 * speed / TICK_HZ) / FT)
-        self.plant.command("ap/climb-fps", heights.slope(along + CLIMB_LEAD_S * speed) * speed / FT)
+        along += speed / TICK_HZ
+        self._move("ap/height-ft", heights.at(along) / FT)
+        self._move("ap/climb-fps", heights.slope(along + CLIMB_LEAD_S * speed) * speed / FT)
 
     def _look_ahead(self, ground: Ground) -> list[float]:
         """Return the height of the ground [m] at the middle of each of the next ticks, the last one first."""
@@ -209,20 +212,25 @@ class Pilot:
             raise FlightTroubleError(trouble, plant.row, plant.time_s)
 
     def _command(self, order: SetPoints, heading: float) -> None:
-        """Write the set points that have changed, and the heading in the autopilot's reference."""
-        command, old = self.plant.command, self._ordered
-        command("ap/heading-rad", heading % (2.0 * math.pi))
-        if old is None or order.bank != old.bank:
-            command("ap/bank-rad", order.bank)
-        if old is None or (order.hold_heading, order.hold_yaw, order.hold_height) != (
-            old.hold_heading,
-            old.hold_yaw,
-            old.hold_height,
-        ):
-            command("ap/hold-heading", order.hold_heading)
-            command("ap/hold-yaw", float(order.hold_yaw))
-            command("ap/hold-height", float(order.hold_height))
-        self._ordered = order
+        """Move the set points to those of the next tick, and the heading in the autopilot's reference."""
+        before = self._targets.get("ap/heading-rad", heading)
+        self._move("ap/heading-rad", before + wrap(heading - before))
+        self._targets["ap/heading-rad"] = heading % (2.0 * math.pi)
+        self._move("ap/bank-rad", order.bank)
+        self._move("ap/hold-heading", order.hold_heading)
+        self._move("ap/hold-yaw", order.hold_yaw)
+        self._move("ap/hold-height", order.hold_height)
+
+    def _move(self, name: str, target: float) -> None:
+        """Move a set point from its last target to a new one within the next tick; nothing is written at rest."""
+        before = self._targets.get(name, target)
+        if target == before and name in self._targets and name not in self._moving:
+            return
+        command = self.plant.command
+        command(name, before)
+        command(rate_of(name), (target - before) * TICK_HZ)
+        (self._moving.discard if target == before else self._moving.add)(name)
+        self._targets[name] = target
 
     def _plan_legs(self, crossings: Sequence[Crossing]) -> None:
         """Plan the trains of a leg when it has been entered."""
