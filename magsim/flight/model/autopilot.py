@@ -100,7 +100,6 @@ class SineGenerator:
             self["start-s"]: NEVER_S,
             self["omega-rad_sec"]: 1.0,
             self["amplitude-rad"]: 0.0,
-            self["phase-rad"]: 0.0,
             self["cycles"]: 1.0,
             self["ease-in-s"]: 1.0,
             self["ease-out-s"]: 1.0,
@@ -179,8 +178,14 @@ def _generator(sine: SineGenerator) -> str:
     rise = _min(1.0, _sum(1.0, _quotient(time, sine["ease-in-s"])))
     fall = _min(1.0, _sum(1.0, _quotient(_difference(end, time), sine["ease-out-s"])))
     inside = _and(_gt(_sum(time, sine["ease-in-s"]), 0.0), _lt(time, _sum(end, sine["ease-out-s"])))
-    angle = _sum(_product(sine["omega-rad_sec"], time), sine["phase-rad"])
+    angle = _product(sine["omega-rad_sec"], time)
     scale = _product(sine["amplitude-rad"], _smooth(sine["rise"]), _smooth(sine["fall"]))
+    growing = _quotient(_product(_slope(sine["rise"]), _smooth(sine["fall"])), sine["ease-in-s"])
+    fading = _quotient(_product(_smooth(sine["rise"]), _slope(sine["fall"])), sine["ease-out-s"])
+    rate = _sum(
+        _product(sine["scale-rad"], sine["omega-rad_sec"], _cos(angle)),
+        _product(sine["amplitude-rad"], _difference(growing, fading), _sin(angle)),
+    )
     return (
         _define(time, _difference("simulation/sim-time-sec", sine["start-s"]))
         + _define(end, length)
@@ -189,17 +194,14 @@ def _generator(sine: SineGenerator) -> str:
         + _define(sine["fall"], _if(sine["active"], fall, 0.0))
         + _define(sine["scale-rad"], _if(sine["active"], scale, 0.0))
         + _define(sine["sine-rad"], _if(sine["active"], _product(sine["scale-rad"], _sin(angle)), 0.0))
-        + _define(
-            sine["rate-rad_sec"],
-            _if(sine["active"], _product(sine["scale-rad"], sine["omega-rad_sec"], _cos(angle)), 0.0),
-        )
+        + _define(sine["rate-rad_sec"], _if(sine["active"], rate, 0.0))
     )
 
 
 def _oscillation(sine: SineGenerator, other: SineGenerator) -> str:
     """Write the commanded angle of an axis: its own sine, and in a combined maneuver a part of another one's."""
     fed = _product(sine["feed-norm"], other["sine-rad"]), _product(sine["feed-s"], other["rate-rad_sec"])
-    return _if(_is_fed(sine), _sum(sine["sine-rad"], *fed), sine["sine-rad"])
+    return _if(sine["fed"], _sum(sine["sine-rad"], *fed), sine["sine-rad"])
 
 
 def _oscillation_rate(sine: SineGenerator, other: SineGenerator) -> str:
@@ -209,16 +211,17 @@ def _oscillation_rate(sine: SineGenerator, other: SineGenerator) -> str:
         _product(sine["feed-norm"], other["rate-rad_sec"]),
         _product(-1.0, sine["feed-s"], omega, omega, other["sine-rad"]),
     )
-    return _if(_is_fed(sine), _sum(sine["rate-rad_sec"], *fed), sine["rate-rad_sec"])
-
-
-def _is_fed(sine: SineGenerator) -> str:
-    return _and(_gt(sine["fed"], 0.0), _gt(sine["active"], 0.0))
+    return _if(sine["fed"], _sum(sine["rate-rad_sec"], *fed), sine["rate-rad_sec"])
 
 
 def _smooth(x: str) -> str:
     """Write the cubic step 3 x^2 - 2 x^3."""
     return _product(x, x, _difference(3.0, _product(2.0, x)))
+
+
+def _slope(x: str) -> str:
+    """Write the derivative of the cubic step."""
+    return _product(6.0, x, _difference(1.0, x))
 
 
 def _least_speed(facts: Facts) -> float:

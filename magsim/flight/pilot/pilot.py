@@ -5,6 +5,7 @@ from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.flight.model.aero import bank_below_stall
-from magsim.flight.model.autopilot import RAMP_START, SineGenerator, rate_of
+from magsim.flight.model.autopilot import FED, RAMP_START, SineGenerator, rate_of
 from magsim.flight.model.channels import CHANNELS, TO_SI
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
 from magsim.flight.model.setup import PlantSetup
@@ -113,7 +114,8 @@ class Pilot:
         most_bank = bank_below_stall(facts, setup.speed_mps, float(standard_density(highest_m)), LIFT_PART)
         self.guidance = Guidance(path, facts, along_m, most_bank)
         self.trains: list[SineTrain] = list(trains)
-        self._waiting: list[tuple[SineTrain, LoopResponse]] = [(train, response[0]) for train in trains]
+        self._waiting: list[_WaitingTrain] = []
+        self._await(trains, response[0])
         self._flying: list[SineTrain] = []
         self.path: Sequence[Element] = path
         self._plane, self._parts, self._setup = plane, tuple(parts), setup
@@ -250,7 +252,14 @@ class Pilot:
                 continue
             planned = _trains_on(element, self._parts, self._setup, crossing.time_s)
             self.trains += planned
-            self._waiting += [(train, self._responses[element.label.part]) for train in planned]
+            self._await(planned, self._responses[element.label.part])
+
+    def _await(self, trains: Sequence[SineTrain], response: LoopResponse) -> None:
+        """Put trains in the order in which their generators begin."""
+        for train in trains:
+            drive = response.drive(train)
+            self._waiting.append(_WaitingTrain(train.start_s - drive.lead / train.omega, train, response))
+        self._waiting.sort(key=lambda waiting: waiting.start_s - waiting.train.ease_in_s)
 
     def _expect_first_row(self, time_s: float, speed: float) -> None:
         """Shortly before the path is entered, let the turbulence be as far as it shall be at the first row."""
@@ -265,26 +274,40 @@ class Pilot:
     def _start_trains(self, time_s: float) -> None:
         """Pass a train to its generator on the last tick before it begins to rise."""
         while self._waiting:
-            train, response = self._waiting[0]
-            if train.start_s - train.ease_in_s >= time_s + 1.0 / TICK_HZ:
+            start_s, train, response = self._waiting[0]
+            if start_s - train.ease_in_s >= time_s + 1.0 / TICK_HZ:
                 return
             del self._waiting[0]
-            drive = response.drive(train)
             names, command = SineGenerator(train.axis), self.plant.command
             offset = self.plant.clock_s - self.plant.time_s
             command(names["omega-rad_sec"], train.omega)
-            command(names["amplitude-rad"], math.radians(train.amplitude_deg) / drive.gain)
-            command(names["phase-rad"], drive.lead)
-            if names.other is not None:
-                direct, quadrature = drive.feed or (0.0, 0.0)
-                command(names["fed"], float(drive.feed is not None))
-                command(names["feed-norm"], direct)
-                command(names["feed-s"], quadrature)
+            command(names["amplitude-rad"], math.radians(train.amplitude_deg) / response.drive(train).gain)
             command(names["cycles"], float(train.cycles))
             command(names["ease-in-s"], max(train.ease_in_s, 1e-3))
             command(names["ease-out-s"], max(train.ease_out_s, 1e-3))
-            command(names["start-s"], train.start_s + offset)
+            command(names["start-s"], start_s + offset)
+            self._feed(train, response)
             self._flying.append(train)
+
+    def _feed(self, train: SineTrain, response: LoopResponse) -> None:
+        """Set what a train's axis is fed and what is fed of it, before the first of both generators begins."""
+        fed = FED.get(train.axis)
+        drives = response.maneuvers.get(train.maneuver, {})
+        for axis in () if fed is None else (train.axis, fed):
+            feed = drives[axis].feed if axis in drives else None
+            direct, quadrature = feed or (0.0, 0.0)
+            names, command = SineGenerator(axis), self.plant.command
+            command(names["fed"], float(feed is not None))
+            command(names["feed-norm"], direct)
+            command(names["feed-s"], quadrature)
+
+
+class _WaitingTrain(NamedTuple):
+    """A train that its generator begins at a time, ahead of the train by the delay of the loops."""
+
+    start_s: float
+    train: SineTrain
+    response: LoopResponse
 
 
 def _trains_on(element: Element, parts: Sequence[LegPattern], setup: PlantSetup, start_s: float) -> list[SineTrain]:
