@@ -165,10 +165,10 @@ def _define(output: str, expression: str) -> str:
     return f'  <fcs_function name="{name}"><function>{expression}</function><output>{output}</output></fcs_function>\n'
 
 
-def _integral(name: str, gain: float, error: str, limit: float) -> str:
+def _integral(name: str, *rate: object, limit: float) -> str:
     """Write a clipped integral by Euler's rule, which holds its value while the error is gated to zero."""
     own = f"ap/integral/{name}"
-    return _define(own, _clip(_sum(own, _product(gain, "simulation/dt", error)), limit))
+    return _define(own, _clip(_sum(own, _product("simulation/dt", *rate)), limit))
 
 
 def _generator(sine: SineGenerator) -> str:
@@ -266,13 +266,13 @@ def _vertical(facts: Facts) -> str:
     return (
         _define("ap/hold-height-norm", share)
         + _define("ap/path-error-rad", path_error)
-        + _integral("path", gains.path_integral.value, "ap/path-error-rad", gains.path_limit.value)
+        + _integral("path", gains.path_integral.value, "ap/path-error-rad", limit=gains.path_limit.value)
         + _define("ap/path-rad", path)
         + _define("ap/pitch-error-rad", _product("ap/on", _difference(wanted, "attitude/theta-rad")))
-        + _integral("pitch", gains.pitch_integral.value, "ap/pitch-error-rad", gains.pitch_integral_limit.value)
+        + _integral("pitch", gains.pitch_integral.value, "ap/hold-height-norm", "ap/pitch-error-rad", limit=gains.pitch_integral_limit.value)
         + _define("ap/elevator-norm", elevator)
         + _define("ap/speed-error-fps", speed_error)
-        + _integral("speed", gains.speed_integral.value * FT, "ap/speed-error-fps", 1.0)
+        + _integral("speed", gains.speed_integral.value * FT, "ap/speed-error-fps", limit=1.0)
         + _define("ap/throttle-norm", throttle)
     )
 
@@ -316,7 +316,7 @@ def _lateral(facts: Facts) -> str:
         _define("ap/heading-error-rad", heading_error)
         + _define("ap/bank-command-rad", bank)
         + _define("ap/roll-error-rad", roll_error)
-        + _integral("roll", gains.roll_integral.value, "ap/roll-error-rad", gains.roll_integral_limit.value)
+        + _integral("roll", gains.roll_integral.value, "ap/roll-error-rad", limit=gains.roll_integral_limit.value)
         + _define("ap/aileron-norm", aileron)
         + _define("ap/rudder-norm", rudder)
     )
