@@ -11,7 +11,7 @@ The loops, with V the true airspeed, s and c the sine of a generator and its der
     path       e_gam = hold_h (clip(k_h (h_set - h)) + climb - hdot) / V
                gam = clip(k_g e_gam + I[e_gam]) + hold_h climb / V
     pitch      e_th = theta_0 + gam + turn + flaps + s_pitch - theta
-               elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
+               elevator = -(k_q (k_th e_th + c - thetadot) + I[hold_h e_th])
     heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
     roll       e_phi = bank + s_roll - phi
                aileron = k_p (k_phi e_phi + c - phidot) + I[e_phi]
@@ -166,7 +166,7 @@ def _define(output: str, expression: str) -> str:
 
 
 def _integral(name: str, *rate: object, limit: float) -> str:
-    """Write a clipped integral by Euler's rule, which holds its value while the error is gated to zero."""
+    """Write the clipped integral of a product by Euler's rule, which holds its value where a factor is zero."""
     own = f"ap/integral/{name}"
     return _define(own, _clip(_sum(own, _product("simulation/dt", *rate)), limit))
 
@@ -263,13 +263,15 @@ def _vertical(facts: Facts) -> str:
     elevator = _product(-1.0, "ap/on", _sum(_product(gains.pitch_rate.value, rate), "ap/integral/pitch"))
     speed_error = _product("ap/on", _difference("ap/speed-fps", "velocities/vt-fps"))
     throttle = _clip(_sum(_product(gains.speed.value * FT, "ap/speed-error-fps"), "ap/integral/speed"), 1.0)
+    most = gains.pitch_integral_limit.value
     return (
         _define("ap/hold-height-norm", share)
         + _define("ap/path-error-rad", path_error)
         + _integral("path", gains.path_integral.value, "ap/path-error-rad", limit=gains.path_limit.value)
         + _define("ap/path-rad", path)
         + _define("ap/pitch-error-rad", _product("ap/on", _difference(wanted, "attitude/theta-rad")))
-        + _integral("pitch", gains.pitch_integral.value, "ap/hold-height-norm", "ap/pitch-error-rad", limit=gains.pitch_integral_limit.value)
+        # A pitch train is no lasting error: what the integral took from it would be given back after it.
+        + _integral("pitch", gains.pitch_integral.value, "ap/hold-height-norm", "ap/pitch-error-rad", limit=most)
         + _define("ap/elevator-norm", elevator)
         + _define("ap/speed-error-fps", speed_error)
         + _integral("speed", gains.speed_integral.value * FT, "ap/speed-error-fps", limit=1.0)

@@ -35,6 +35,13 @@ LEAST_BANK = math.radians(5.0)
 FADE_S = 3.0
 """Time in which one way of steering is faded into another at the ends of a train, so that no control jumps."""
 
+HEIGHT_FADE_S = 6.0
+"""Time in which height hold comes back, from the end of a pitch train's last cycle on.
+
+After trains of 4 to 12 s it leaves the Cessna a pitch rate of 0.03 to 0.06 deg/s rms in the three seconds after them,
+the least of the times from 4 to 10 s; at once it was 0.57 (tests/benchmarks/realism_rows/joints.py).
+"""
+
 SETTLE_S = 1.0
 """Time constant with which a held heading or bank takes a new value where one train follows another of its axis."""
 
@@ -177,12 +184,14 @@ class Guidance:
             held = self._held - self._banked.share * self._weathercock * turned
             heading += self._yaw.share * wrap(held - heading)
         bank = lead + self._quiet.share * self._quiet_bank
-        self._fade(axes)
+        self._fade(time_s, trains, axes)
         return SetPoints(heading % (2.0 * math.pi), bank, self._heading.share, self._yaw.share, self._height.share)
 
-    def _fade(self, axes: set[str]) -> None:
+    def _fade(self, time_s: float, trains: Sequence[SineTrain], axes: set[str]) -> None:
         """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
-        self._height.move("pitch" not in axes, 10.0 if "pitch" not in axes else 3.0)
+        # A swing that fades out leaves the path inclined: height hold that comes back meanwhile takes that up gently.
+        level = all(train.axis != "pitch" or time_s >= train.stop_s for train in trains)
+        self._height.move(level, HEIGHT_FADE_S if level else FADE_S)
         self._heading.move(not axes & {"roll", "yaw"})
         self._quiet.move("roll" in axes and "yaw" not in axes)
         self._yaw.move("yaw" in axes)
