@@ -11,7 +11,7 @@ The loops, with V the true airspeed, s and c the sine of a generator and its der
     path       e_gam = hold_h (clip(k_h (h_set - h)) + climb - hdot) / V
                gam = clip(k_g e_gam + I[e_gam]) + hold_h climb / V
     pitch      e_th = theta_0 + gam + turn + flaps + s_pitch - theta
-               elevator = -(k_q (k_th e_th + c - thetadot) + I[hold_h e_th])
+               elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
     heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
     roll       e_phi = bank + s_roll - phi
                aileron = k_p (k_phi e_phi + c - phidot) + I[e_phi]
@@ -165,10 +165,10 @@ def _define(output: str, expression: str) -> str:
     return f'  <fcs_function name="{name}"><function>{expression}</function><output>{output}</output></fcs_function>\n'
 
 
-def _integral(name: str, *rate: object, limit: float) -> str:
-    """Write the clipped integral of a product by Euler's rule, which holds its value where a factor is zero."""
+def _integral(name: str, gain: float, error: str, limit: float) -> str:
+    """Write a clipped integral by Euler's rule, which holds its value while the error is gated to zero."""
     own = f"ap/integral/{name}"
-    return _define(own, _clip(_sum(own, _product("simulation/dt", *rate)), limit))
+    return _define(own, _clip(_sum(own, _product(gain, "simulation/dt", error)), limit))
 
 
 def _generator(sine: SineGenerator) -> str:
@@ -263,18 +263,16 @@ def _vertical(facts: Facts) -> str:
     elevator = _product(-1.0, "ap/on", _sum(_product(gains.pitch_rate.value, rate), "ap/integral/pitch"))
     speed_error = _product("ap/on", _difference("ap/speed-fps", "velocities/vt-fps"))
     throttle = _clip(_sum(_product(gains.speed.value * FT, "ap/speed-error-fps"), "ap/integral/speed"), 1.0)
-    most = gains.pitch_integral_limit.value
     return (
         _define("ap/hold-height-norm", share)
         + _define("ap/path-error-rad", path_error)
-        + _integral("path", gains.path_integral.value, "ap/path-error-rad", limit=gains.path_limit.value)
+        + _integral("path", gains.path_integral.value, "ap/path-error-rad", gains.path_limit.value)
         + _define("ap/path-rad", path)
         + _define("ap/pitch-error-rad", _product("ap/on", _difference(wanted, "attitude/theta-rad")))
-        # A pitch train is no lasting error: what the integral took from it would be given back after it.
-        + _integral("pitch", gains.pitch_integral.value, "ap/hold-height-norm", "ap/pitch-error-rad", limit=most)
+        + _integral("pitch", gains.pitch_integral.value, "ap/pitch-error-rad", gains.pitch_integral_limit.value)
         + _define("ap/elevator-norm", elevator)
         + _define("ap/speed-error-fps", speed_error)
-        + _integral("speed", gains.speed_integral.value * FT, "ap/speed-error-fps", limit=1.0)
+        + _integral("speed", gains.speed_integral.value * FT, "ap/speed-error-fps", 1.0)
         + _define("ap/throttle-norm", throttle)
     )
 
@@ -318,7 +316,7 @@ def _lateral(facts: Facts) -> str:
         _define("ap/heading-error-rad", heading_error)
         + _define("ap/bank-command-rad", bank)
         + _define("ap/roll-error-rad", roll_error)
-        + _integral("roll", gains.roll_integral.value, "ap/roll-error-rad", limit=gains.roll_integral_limit.value)
+        + _integral("roll", gains.roll_integral.value, "ap/roll-error-rad", gains.roll_integral_limit.value)
         + _define("ap/aileron-norm", aileron)
         + _define("ap/rudder-norm", rudder)
     )

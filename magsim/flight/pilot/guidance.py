@@ -35,11 +35,12 @@ LEAST_BANK = math.radians(5.0)
 FADE_S = 3.0
 """Time in which one way of steering is faded into another at the ends of a train, so that no control jumps."""
 
-HEIGHT_FADE_S = 6.0
-"""Time in which height hold comes back, from the end of a pitch train's last cycle on.
+HEIGHT_FADE = 1.4
+"""Time in which height hold comes back, over that of the fall of a pitch train, from the end of its last cycle on.
 
-After trains of 4 to 12 s it leaves the Cessna a pitch rate of 0.03 to 0.06 deg/s rms in the three seconds after them,
-the least of the times from 4 to 10 s; at once it was 0.57 (tests/benchmarks/realism_rows/joints.py).
+The nose follows a path that is still inclined, and height hold lowers it where it rises: at this rate the two cancel.
+After trains of 5 to 12 s that leaves the Cessna a pitch rate of 0.03 to 0.05 deg/s rms in the three seconds after the
+fall; where height hold came back at once it was 0.57.
 """
 
 SETTLE_S = 1.0
@@ -136,6 +137,7 @@ class Guidance:
         self._heading, self._height = _Fade(1.0), _Fade(1.0)
         self._quiet, self._yaw, self._banked = _Fade(0.0), _Fade(0.0), _Fade(0.0)
         self._quiet_bank = 0.0
+        self._height_fade_s = FADE_S
         self._wind = (0.0, 0.0)
         self._roll_course, self._roll_off_m = 0.0, 0.0
         self._off_m = self._v_down = 0.0
@@ -190,8 +192,11 @@ class Guidance:
     def _fade(self, time_s: float, trains: Sequence[SineTrain], axes: set[str]) -> None:
         """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
         # A swing that fades out leaves the path inclined: height hold that comes back meanwhile takes that up gently.
-        level = all(train.axis != "pitch" or time_s >= train.stop_s for train in trains)
-        self._height.move(level, HEIGHT_FADE_S if level else FADE_S)
+        pitches = [train for train in trains if train.axis == "pitch"]
+        level = all(time_s >= train.stop_s for train in pitches)
+        if pitches:
+            self._height_fade_s = max(FADE_S, HEIGHT_FADE * pitches[-1].ease_out_s)
+        self._height.move(level, self._height_fade_s if level else FADE_S)
         self._heading.move(not axes & {"roll", "yaw"})
         self._quiet.move("roll" in axes and "yaw" not in axes)
         self._yaw.move("yaw" in axes)

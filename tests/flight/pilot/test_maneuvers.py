@@ -68,7 +68,7 @@ def test_combined_maneuvers_are_flown_as_commanded(aircraft: str, names: tuple[s
             {"speed_mps": 50.0},
             (
                 r"10 deg of pitch in 5 s \(leg 1 of circuit 1\) goes beyond the stall at 50 m/s and 3000 m; allowed "
-                r"for Cessna 208B Grand Caravan: up to 7(\.\d)? deg in that period, or a period of 7\.\d s"
+                r"for Cessna 208B Grand Caravan: up to 7(\.\d)? deg in that period, or a period of (7\.\d|8) s"
             ),
         ),
         (
@@ -153,8 +153,8 @@ def test_every_pass_has_its_maneuvers_but_none_at_the_center(cloverleaf: Flight)
         assert {m.axis for m in own} == {"pitch", "roll", "yaw"}
         time = np.arange(entry["time_s"] - 10.0, entry["time_s"] + 10.0, 0.1)
         assert not cloverleaf.segment_columns(time)["maneuver"].any()
-        # No maneuver: only the end of settling.
-        assert np.degrees(np.ptp(cloverleaf.carrier.at(time).attitude[:, :2], axis=0)).max() < 1.0
+        # No maneuver: only the end of settling, and the way back of some meters to the line.
+        assert np.degrees(np.ptp(cloverleaf.carrier.at(time).attitude[:, :2], axis=0)).max() < 1.5
 
 
 def test_a_maneuver_near_a_center_is_reported() -> None:
