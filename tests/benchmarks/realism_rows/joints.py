@@ -1,0 +1,61 @@
+"""Joints of a flight: what is demanded outside of maneuvers beside what maneuvers demand, and rates in turns.
+
+Every shipped pattern is flown in calm air (steady wind where the scenario has it) by the Cessna and, with lengths in
+proportion to its speed, by the drone; the log has every step. A maneuver counts from the beginning of its rise to the
+end of its fall.
+
+``joint_X_over_maneuver``: the largest X outside of all maneuvers over the largest inside, each over all patterns of an
+aircraft; the worse of both. X is an angular acceleration or the rate of a control; "outside" includes the entries of
+turns, climbs of drapes and moving flaps. Patterns without maneuvers, or with small ones, have no measure of their own:
+``joint_X_over_own_maneuver`` is the worst of single patterns, where turns of 25 degrees of bank stand beside the roll
+of 5 degrees in 10 s of ``fom_peak_to_peak``.
+
+``pitch_power_in_joints``: share of the pitch rate's power outside of maneuvers, on the legs of all patterns, that lies
+in the three seconds after each pitch train.
+``rate_bias_in_turns_dps``: mean of ``true_rate_*`` at the rows of steady turns less the rotation from row to row;
+``aileron_bias_in_turns_deg``: mean of the aileron at these rows less its mean over all steps.
+"""
+
+from functools import cache
+
+from magsim.trajectory import Flight
+from tests.benchmarks.rows import Row, at_most, stated
+from tests.support.patterns import RATES, SHIPPED, Joints, flown, rate_bias_in_turns, shipped
+
+
+@cache
+def flights(aircraft: str) -> dict[str, Flight]:
+    """All patterns of an aircraft."""
+    return {name: flown(shipped(name), aircraft) for name in SHIPPED[aircraft]}
+
+
+def ratios(aircraft: str) -> tuple[dict[str, float], dict[str, float]]:
+    """Largest demand outside of maneuvers over the largest inside: over all patterns, and in the worst of them."""
+    joints = [Joints.of(flight) for flight in flights(aircraft).values()]
+    most = {x: max(j.outside[x] for j in joints) / max(j.inside[x] for j in joints) for x in RATES}
+    worst = {x: max(j.outside[x] / j.inside[x] for j in joints if j.inside[x] > 0.0) for x in RATES}
+    return most, worst
+
+
+def pitch_power(aircraft: str) -> tuple[float, float]:
+    """Power of the pitch rate outside of maneuvers [deg^2/s]: in joints, and all of it."""
+    joints = [Joints.of(flight) for flight in flights(aircraft).values()]
+    return sum(j.joint_power for j in joints), sum(j.power for j in joints)
+
+
+def rows() -> list[Row]:
+    """All figures of joints and turns."""
+    most, worst = zip(*(ratios(aircraft) for aircraft in SHIPPED), strict=True)
+    out = [at_most(f"joint_{x}_over_maneuver", max(ratio[x] for ratio in most), "1", 1.0) for x in RATES]
+    out += [stated(f"joint_{x}_over_own_maneuver", max(ratio[x] for ratio in worst), "1") for x in RATES]
+    for aircraft in SHIPPED:
+        joint, total = pitch_power(aircraft)
+        name = f"pitch_power_in_joints{'' if aircraft == 'c208b' else '_uav'}"
+        out += [at_most(name, joint / total, "1", 0.1), stated(f"{name}_deg2ps", joint, "deg^2/s")]
+    biases = [rate_bias_in_turns(flight) for aircraft in SHIPPED for flight in flights(aircraft).values()]
+    rate, aileron = (max(values) for values in zip(*biases, strict=True))
+    return [
+        *out,
+        at_most("rate_bias_in_turns_dps", rate, "deg/s", 0.02),
+        stated("aileron_bias_in_turns_deg", aileron, "deg"),
+    ]
