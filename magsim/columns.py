@@ -1,5 +1,8 @@
 """The table of recording columns: name, role, unit, frame and meaning of each, defined only here.
 
+Attitude, position, velocity and pressure are those of the row's instant, and so are rates unless their meaning says
+that they pass the anti-alias filter. Readings, labels and parts of the field pass it too.
+
 A family is a name with fields in braces, ``mag_{sensor}_nt``. Users and aircraft files name sensors, feeders, buses
 and control surfaces, with ``[a-z][a-z0-9_]*``.
 """
@@ -118,10 +121,14 @@ INS_ACCELERATION = Family(
     "input",
     "m/s^2",
     "b",
-    "Specific force from the accelerometers of the INS: at rest 1 g upward",
+    "Specific force from the accelerometers of the INS, anti-alias filtered: at rest 1 g upward",
 )
 INS_RATE = Family(
-    "ins_rate_{axis}_dps", "input", "deg/s", "b", "Angular rate from the gyros of the INS, relative to inertial space"
+    "ins_rate_{axis}_dps",
+    "input",
+    "deg/s",
+    "b",
+    "Angular rate from the gyros of the INS, relative to inertial space, anti-alias filtered",
 )
 BARO_ALTITUDE = Family(
     "baro_alt_m", "input", "m", "", "Barometric height: geopotential, in the standard atmosphere", "baro"
@@ -129,14 +136,14 @@ BARO_ALTITUDE = Family(
 BARO_PRESSURE = Family("baro_pa", "input", "Pa", "", "Static pressure from the barometer")
 RADAR = Family("radar_alt_m", "input", "m", "", "Height above the ground from the radar altimeter; -1 without echo")
 BASE = Family("base_{sensor}_nt", "input", "nT", "", "Reading of a base station, a scalar magnetometer on the ground")
-CURRENT = Family("cur_{feeder}_a", "input", "A", "", "Current of a feeder, from its own sensor")
-VOLTAGE = Family("vol_{bus}_v", "input", "V", "", "Voltage of a bus, from its own voltmeter")
+CURRENT = Family("cur_{feeder}_a", "input", "A", "", "Current of a feeder, from its own sensor, anti-alias filtered")
+VOLTAGE = Family("vol_{bus}_v", "input", "V", "", "Voltage of a bus, from its own voltmeter, anti-alias filtered")
 SURFACE = Family(
     "surface_{surface}_deg",
     "input",
     "deg",
     "",
-    "Deflection of a control surface about its hinge, from its potentiometer",
+    "Deflection of a control surface about its hinge, from its potentiometer, anti-alias filtered",
 )
 
 INTERFERENCE = Family(
@@ -193,16 +200,22 @@ TRUE_BASE = Family(
     "true_base_{sensor}_nt", "truth", "nT", "", "Field strength at the base station, without instrument error"
 )
 TRUE_ATTITUDE = Family("true_{angle}_deg", "truth", "deg", "", "True attitude and WGS-84 position; heading in [0, 360)")
-TRUE_RATE = Family("true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame")
+TRUE_RATE = Family(
+    "true_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to the local frame at the row's instant"
+)
 TRUE_ACCELERATION = Family(
     "true_acc_{axis}_mps2",
     "truth",
     "m/s^2",
     "b",
-    "True specific force at the reference point: acceleration less gravity",
+    "True specific force at the reference point, anti-alias filtered: acceleration less gravity",
 )
 TRUE_INERTIAL_RATE = Family(
-    "true_inertial_rate_{axis}_dps", "truth", "deg/s", "b", "True angular rate relative to inertial space"
+    "true_inertial_rate_{axis}_dps",
+    "truth",
+    "deg/s",
+    "b",
+    "True angular rate relative to inertial space, anti-alias filtered",
 )
 TRUE_VELOCITY = Family("true_v{direction}_mps", "truth", "m/s", "n", "True velocity: n north, e east, d down")
 TRUE_ALTITUDE = Family("true_alt_m", "truth", "m", "", "True height above the WGS-84 ellipsoid")
@@ -233,7 +246,7 @@ TRUE_CARRIER_RATE = Family(
     "truth",
     "deg/s",
     "b",
-    "True angular rate of a towing carrier relative to the local frame",
+    "True angular rate of a towing carrier relative to the local frame at the row's instant",
 )
 TRUE_CARRIER_VELOCITY = Family(
     "true_carrier_v{direction}_mps", "truth", "m/s", "n", "True velocity of a towing carrier: n, e, d"
