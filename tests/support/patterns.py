@@ -52,7 +52,8 @@ def calm(raw: dict, aircraft: str) -> tuple[Scenario, Aircraft]:
         start |= {"speed_mps": speed} | ({} if draped else {"alt_m": alt})
         for part in pattern.get("parts", ()):
             # climbs stay as long as their transits
-            part |= {"alt_m": alt + factor * (part["alt_m"] - raw["start"]["alt_m"])} if "alt_m" in part else {}
+            if "alt_m" in part:
+                part["alt_m"] = alt + factor * (part["alt_m"] - raw["start"]["alt_m"])
     for part in pattern.get("parts", [pattern]):
         part["allow_beyond_crew_g"] = True
     wind = {k: v * factor for k, v in raw.get("air", {}).items() if k in ("wind_north_mps", "wind_east_mps")}

@@ -1,12 +1,12 @@
-"""The survey autopilot as JSBSim system XML: inner loops, height, heading and speed loops, sine generators.
+"""The survey autopilot as JSBSim system XML: inner loops, height, heading and speed loops, swings of maneuvers.
 
 All loops run at the step rate inside JSBSim; Python sets set points ten times a second. Those of ``RAMPED`` come with
 a rate and a time, and every step takes its own value of the ramp: a staircase of ten steps a second would shake the
-controls, and alias onto the rows of a recording. Properties that Python writes are in ``INPUTS``; ``SineGenerator``
-names those of a generator. Angles are in radians, times in seconds, height and speed in feet (JSBSim's units); commands
-of surfaces are normalized by the larger travel.
+controls, and alias onto the rows of a recording. The swings of maneuvers are cubics of that time (``swing_of``).
+Properties that Python writes are in ``INPUTS``. Angles are in radians, times in seconds, height and speed in feet
+(JSBSim's units); commands of surfaces are normalized by the larger travel.
 
-The loops, with V the true airspeed, s and c the sine of a generator and its derivative, I[.] clipped integrals::
+The loops, with V the true airspeed, s and c the swing of an axis and its derivative, I[.] clipped integrals::
 
     path       e_gam = hold_h (clip(k_h (h_set - h)) + climb - hdot) / V
                gam = clip(k_g e_gam + I[e_gam]) + hold_h climb / V
@@ -21,28 +21,18 @@ The loops, with V the true airspeed, s and c the sine of a generator and its der
     speed      throttle = clip(k_v e_v + I[e_v])
 
 The holds are shares from 0 to 1 by which the guidance fades height hold, heading hold and yaw hold in and out; an
-integral whose error is faded out keeps its value. Headings psi are those of grid north near the poles (``magsim.earth.grid``). Every error is multiplied by ``ap/on``,
-which is 0 while the model is trimmed. A generator eases in before its first cycle and out after its last one: the half
-cycle at rising amplitude that goes before gives the integral of the sine no mean, so that a roll train does not turn
-the mean course and a pitch train does not change the mean height.
-
-In a combined maneuver roll and yaw disturb each other. Each is then fed the sine of the other one by two factors, found
-by the calibration of the maneuver, that cancel the disturbance: ``s + f s_other + g c_other`` replaces s, and its
-derivative replaces c.
+integral whose error is faded out keeps its value. Headings psi are those of grid north near the poles
+(``magsim.earth.grid``). Every error is multiplied by ``ap/on``, which is 0 while the model is trimmed.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 
 from magsim.aircraft.facts import Facts
 from magsim.flight.model.aero import derivatives
 from magsim.units import FT, G0, LBF
 
 AXES = ("pitch", "roll", "yaw")
-FED = {"roll": "yaw", "yaw": "roll"}
-"""Axes that disturb each other by their own frequencies; pitch does not, as the aircraft is symmetric."""
 
 RAMPED = (
     "ap/hold-height",
@@ -63,9 +53,20 @@ def rate_of(name: str) -> str:
     return f"{name}-per-s"
 
 
+def swing_of(axis: str) -> tuple[str, str, str, str]:
+    """Return the properties of an axis's swing at ``RAMP_START``: the angle and its first three derivatives.
+
+    Between two times of the guidance the angle is the cubic of these; the guidance joins them without a step of the
+    angle or its rate.
+    """
+    angle, rate, second, third = (f"ap/{axis}/swing-{unit}" for unit in ("rad", "rad_sec", "rad_sec2", "rad_sec3"))
+    return angle, rate, second, third
+
+
 INPUTS = (
     *RAMPED,
     *(rate_of(name) for name in RAMPED),
+    *(name for axis in AXES for name in swing_of(axis)),
     RAMP_START,
     "ap/on",
     "ap/theta-rad",
@@ -74,52 +75,20 @@ INPUTS = (
     "ap/flap-rad",
     "ap/flap-lift-norm",
 )
-NEVER_S = 1.0e9
-"""Start time of a generator at rest."""
-
-
-@dataclass(frozen=True)
-class SineGenerator:
-    """Names of the properties of one axis's sine generator."""
-
-    axis: str
-
-    def __getitem__(self, name: str) -> str:
-        return f"ap/{self.axis}/{name}"
-
-    @property
-    def other(self) -> "SineGenerator | None":
-        """The generator whose sine is fed to this axis in a combined maneuver."""
-        return SineGenerator(FED[self.axis]) if self.axis in FED else None
-
-    @cached_property
-    def inputs(self) -> dict[str, float]:
-        """Properties that Python sets, with their values at rest."""
-        return {
-            **({self["fed"]: 0.0, self["feed-norm"]: 0.0, self["feed-s"]: 0.0} if self.other else {}),
-            self["start-s"]: NEVER_S,
-            self["omega-rad_sec"]: 1.0,
-            self["amplitude-rad"]: 0.0,
-            self["cycles"]: 1.0,
-            self["ease-in-s"]: 1.0,
-            self["ease-out-s"]: 1.0,
-        }
 
 
 def system_xml(facts: Facts) -> str:
     """Write the autopilot and the actuators of an aircraft, for JSBSim."""
     inputs = dict.fromkeys(INPUTS, 0.0)
-    for axis in AXES:
-        inputs |= SineGenerator(axis).inputs
     inputs |= {f"ap/integral/{name}": 0.0 for name in ("path", "pitch", "roll", "speed")}
     declared = "".join(f' <property value="{value!r}">{name}</property>\n' for name, value in inputs.items())
-    generators = "".join(_generator(SineGenerator(axis)) for axis in AXES)
+    swings = "".join(_swing(axis) for axis in AXES)
     return f"""<?xml version="1.0"?>
 <system name="survey autopilot">
 {declared} <channel name="ramps">
 {_define("ap/ramp-s", _difference("simulation/sim-time-sec", RAMP_START))} </channel>
- <channel name="sines">
-{generators} </channel>
+ <channel name="swings">
+{swings} </channel>
  <channel name="vertical">
 {_vertical(facts)} </channel>
  <channel name="lateral">
@@ -146,8 +115,7 @@ def _part(part: object) -> str:
 
 
 _sum, _difference, _product, _quotient = _tag("sum"), _tag("difference"), _tag("product"), _tag("quotient")
-_min, _max, _sin, _cos, _tan, _fmod = _tag("min"), _tag("max"), _tag("sin"), _tag("cos"), _tag("tan"), _tag("fmod")
-_if, _and, _lt, _gt = _tag("ifthen"), _tag("and"), _tag("lt"), _tag("gt")
+_min, _max, _cos, _tan, _fmod = _tag("min"), _tag("max"), _tag("cos"), _tag("tan"), _tag("fmod")
 
 
 def _ramped(name: str) -> str:
@@ -171,57 +139,15 @@ def _integral(name: str, gain: float, error: str, limit: float) -> str:
     return _define(own, _clip(_sum(own, _product(gain, "simulation/dt", error)), limit))
 
 
-def _generator(sine: SineGenerator) -> str:
-    """Write envelope, sine and derivative of one axis; nothing is computed while the generator rests."""
-    time, end = sine["time-s"], sine["length-s"]
-    length = _quotient(_product(2.0 * math.pi, sine["cycles"]), sine["omega-rad_sec"])
-    rise = _min(1.0, _sum(1.0, _quotient(time, sine["ease-in-s"])))
-    fall = _min(1.0, _sum(1.0, _quotient(_difference(end, time), sine["ease-out-s"])))
-    inside = _and(_gt(_sum(time, sine["ease-in-s"]), 0.0), _lt(time, _sum(end, sine["ease-out-s"])))
-    angle = _product(sine["omega-rad_sec"], time)
-    scale = _product(sine["amplitude-rad"], _smooth(sine["rise"]), _smooth(sine["fall"]))
-    growing = _quotient(_product(_slope(sine["rise"]), _smooth(sine["fall"])), sine["ease-in-s"])
-    fading = _quotient(_product(_smooth(sine["rise"]), _slope(sine["fall"])), sine["ease-out-s"])
-    rate = _sum(
-        _product(sine["scale-rad"], sine["omega-rad_sec"], _cos(angle)),
-        _product(sine["amplitude-rad"], _difference(growing, fading), _sin(angle)),
+def _swing(axis: str) -> str:
+    """Write angle and rate of an axis's swing at the time of the step: a cubic and its derivative, by Horner's rule."""
+    angle, rate, second, third = swing_of(axis)
+    cubic = _sum(second, _product("ap/ramp-s", third, 1.0 / 3.0))
+    turning = _sum(rate, _product("ap/ramp-s", 0.5, cubic))
+    bend = _sum(second, _product("ap/ramp-s", 0.5, third))
+    return _define(f"ap/{axis}/angle-rad", _sum(angle, _product("ap/ramp-s", turning))) + _define(
+        f"ap/{axis}/rate-rad_sec", _sum(rate, _product("ap/ramp-s", bend))
     )
-    return (
-        _define(time, _difference("simulation/sim-time-sec", sine["start-s"]))
-        + _define(end, length)
-        + _define(sine["active"], inside)
-        + _define(sine["rise"], _if(sine["active"], rise, 0.0))
-        + _define(sine["fall"], _if(sine["active"], fall, 0.0))
-        + _define(sine["scale-rad"], _if(sine["active"], scale, 0.0))
-        + _define(sine["sine-rad"], _if(sine["active"], _product(sine["scale-rad"], _sin(angle)), 0.0))
-        + _define(sine["rate-rad_sec"], _if(sine["active"], rate, 0.0))
-    )
-
-
-def _oscillation(sine: SineGenerator, other: SineGenerator) -> str:
-    """Write the commanded angle of an axis: its own sine, and in a combined maneuver a part of another one's."""
-    fed = _product(sine["feed-norm"], other["sine-rad"]), _product(sine["feed-s"], other["rate-rad_sec"])
-    return _if(sine["fed"], _sum(sine["sine-rad"], *fed), sine["sine-rad"])
-
-
-def _oscillation_rate(sine: SineGenerator, other: SineGenerator) -> str:
-    """Write the derivative of ``_oscillation`` at full envelope."""
-    omega = other["omega-rad_sec"]
-    fed = (
-        _product(sine["feed-norm"], other["rate-rad_sec"]),
-        _product(-1.0, sine["feed-s"], omega, omega, other["sine-rad"]),
-    )
-    return _if(sine["fed"], _sum(sine["rate-rad_sec"], *fed), sine["rate-rad_sec"])
-
-
-def _smooth(x: str) -> str:
-    """Write the cubic step 3 x^2 - 2 x^3."""
-    return _product(x, x, _difference(3.0, _product(2.0, x)))
-
-
-def _slope(x: str) -> str:
-    """Write the derivative of the cubic step."""
-    return _product(6.0, x, _difference(1.0, x))
 
 
 def _least_speed(facts: Facts) -> float:
@@ -231,7 +157,7 @@ def _least_speed(facts: Facts) -> float:
 
 def _vertical(facts: Facts) -> str:
     """Write the loops of height, path, pitch and speed."""
-    gains, pitch = facts.autopilot, SineGenerator("pitch")
+    gains = facts.autopilot
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
     back = _clip(
         _product(gains.altitude.value, _difference(_ramped("ap/height-ft"), "position/geod-alt-ft")),
@@ -249,7 +175,7 @@ def _vertical(facts: Facts) -> str:
     weight_alpha = facts.mass_kg * G0 / LBF / derivatives(facts).cl_alpha
     alpha = _quotient(weight_alpha, _product(_max(least_pressure * FT**2 / LBF, "aero/qbar-psf"), "metrics/Sw-sqft"))
     turn = _product(alpha, _difference(_quotient(1.0, _cos("ap/bank-command-rad")), 1.0))
-    parts = ["ap/theta-rad", "ap/path-rad", turn, pitch["sine-rad"]]
+    parts = ["ap/theta-rad", "ap/path-rad", turn, "ap/pitch/angle-rad"]
     if facts.controls.flap:
         # Lift that moving flaps add beyond that of the trim is removed from the wing, as a pilot would do.
         added = _difference("ap/flap-lift-norm", "aero/coefficient/cl-flap")
@@ -257,7 +183,7 @@ def _vertical(facts: Facts) -> str:
     wanted = _sum(*parts)
     rate = _sum(
         _product(gains.pitch.value, "ap/pitch-error-rad"),
-        pitch["rate-rad_sec"],
+        "ap/pitch/rate-rad_sec",
         _product(-1.0, "velocities/thetadot-rad_sec"),
     )
     elevator = _product(-1.0, "ap/on", _sum(_product(gains.pitch_rate.value, rate), "ap/integral/pitch"))
@@ -279,7 +205,7 @@ def _vertical(facts: Facts) -> str:
 
 def _lateral(facts: Facts) -> str:
     """Write the loops of heading, roll, coordination, and the yaw maneuver."""
-    gains, roll, yaw = facts.autopilot, SineGenerator("roll"), SineGenerator("yaw")
+    gains = facts.autopilot
     speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
     # psi lies in 0..2 pi, and so does its set point where the ramp begins; fmod of a positive argument wraps the
     # difference. Near the poles both are counted from grid north: the longitude, -pi..pi, is added or subtracted.
@@ -293,18 +219,16 @@ def _lateral(facts: Facts) -> str:
         _clip("ap/heading-error-rad", gains.intercept_limit.value),
     )
     bank = _clip(_sum(course, _ramped("ap/bank-rad")), gains.bank_limit.value)
-    roll_error = _product(
-        "ap/on", _difference(_sum("ap/bank-command-rad", _oscillation(roll, yaw)), "attitude/phi-rad")
-    )
+    roll_error = _product("ap/on", _difference(_sum("ap/bank-command-rad", "ap/roll/angle-rad"), "attitude/phi-rad"))
     rate = _sum(
         _product(gains.roll.value, "ap/roll-error-rad"),
-        _oscillation_rate(roll, yaw),
+        "ap/roll/rate-rad_sec",
         _product(-1.0, "velocities/phidot-rad_sec"),
     )
     aileron = _product("ap/on", _sum(_product(gains.roll_rate.value, rate), "ap/integral/roll"))
     yaw_rate = _sum(
-        _product(gains.yaw.value, _sum("ap/heading-error-rad", _oscillation(yaw, roll))),
-        _oscillation_rate(yaw, roll),
+        _product(gains.yaw.value, _sum("ap/heading-error-rad", "ap/yaw/angle-rad")),
+        "ap/yaw/rate-rad_sec",
         _product(-1.0, "velocities/psidot-rad_sec"),
     )
     turn_rate = _difference(_quotient(_product(G0 / FT, _tan("attitude/phi-rad")), speed), "velocities/psidot-rad_sec")

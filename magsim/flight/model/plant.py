@@ -13,7 +13,7 @@ import jsbsim
 from magsim.aircraft.facts import Facts
 from magsim.errors import DataError
 from magsim.flight.model.airframe import PULLS
-from magsim.flight.model.autopilot import INPUTS, SineGenerator
+from magsim.flight.model.autopilot import INPUTS
 from magsim.flight.model.channels import CHANNELS, COLUMN, MOTION_COLUMNS, STATE_COLUMNS, WITHOUT, CarrierState
 from magsim.flight.model.instance import node_of
 from magsim.flight.model.setup import PlantSetup
@@ -59,9 +59,7 @@ class Plant:
         self._steps = 0
         manager = self._fdm.get_property_manager()
         self._readers = [_reader(manager, name) for _, name, _ in CHANNELS]
-        self._writers = {
-            name: node_of(manager, name).set_double_value for name in (*_writable(), *setup.weather.inputs)
-        }
+        self._writers = {name: node_of(manager, name).set_double_value for name in (*INPUTS, *setup.weather.inputs)}
         self._outside = _envelope(facts)
         self._set_ground = node_of(manager, "position/terrain-elevation-asl-ft").set_double_value
         self._floor_ft = setup.ground_m / FT
@@ -83,7 +81,7 @@ class Plant:
 
     @property
     def clock_s(self) -> float:
-        """The same moment on the clock of the sine generators [s]."""
+        """The same moment on JSBSim's clock [s]."""
         return self._clock_s + self.time_s
 
     def run(self, steps: int) -> list[float]:
@@ -175,10 +173,6 @@ class FlightTroubleError(DataError):
             f"{math.degrees(value['pitch']):.1f}, angle of attack {math.degrees(value['alpha']):.1f}, sideslip "
             f"{math.degrees(value['beta']):.1f} deg"
         )
-
-
-def _writable() -> tuple[str, ...]:
-    return (*INPUTS, *(name for axis in ("pitch", "roll", "yaw") for name in SineGenerator(axis).inputs))
 
 
 def _reader(manager: jsbsim.FGPropertyManager, name: str) -> Callable[[], float]:

@@ -112,7 +112,7 @@ def loop_response(facts: Facts, axes: Sequence[str], setup: PlantSetup) -> LoopR
 def calibrate_maneuvers(
     facts: Facts, setup: PlantSetup, response: LoopResponse, maneuvers: Sequence[ManeuverKey]
 ) -> LoopResponse:
-    """Add the generator settings of maneuvers with a calibration of their own, from the cache if they are stored.
+    """Add the drives of maneuvers with a calibration of their own, from the cache if they are stored.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""Calibration of one maneuver: the generator settings with which all its axes fly as commanded.
+"""Calibration of one maneuver: the drives with which all its axes fly as commanded.
 
 Axes that oscillate together disturb each other: bank makes the aircraft yaw, sideslip makes it roll. The maneuver is
 flown in still air. The response of each axis at its own frequency, and that of roll and yaw at each other's, is
-compared with the command, and the difference is subtracted from the generators through the response of that axis
+compared with the command, and the difference is subtracted from the swings through the response of that axis
 alone. This is a fixed-point iteration with nearly the right slope: it settles in three to six flights of the
 maneuver's length.
 
@@ -19,9 +19,8 @@ from collections.abc import Callable
 import numpy as np
 
 from magsim.errors import DataError, RequestError
-from magsim.flight.model.autopilot import FED
 from magsim.flight.pilot.measure import ANGLES, measure, middle_of
-from magsim.flight.pilot.response import UNITY, GeneratorDrive, LoopResponse
+from magsim.flight.pilot.response import FED, UNITY, Drive, LoopResponse
 from magsim.flight.pilot.trains import ManeuverKey, SineTrain, trains_of_maneuver
 from magsim.trajectory import ManeuverFlown, Trajectory
 
@@ -47,10 +46,8 @@ Components = dict[str, dict[str, complex]]
 """Complex amplitudes [rad] or responses of each axis, at its own frequency and at that of an axis fed to it."""
 
 
-def calibrate_maneuver(
-    maneuver: ManeuverKey, response: LoopResponse, fly_trains: FlyTrains
-) -> dict[str, GeneratorDrive]:
-    """Find the generator settings of a maneuver.
+def calibrate_maneuver(maneuver: ManeuverKey, response: LoopResponse, fly_trains: FlyTrains) -> dict[str, Drive]:
+    """Find the drives of a maneuver.
 
     Parameters
     ----------
@@ -62,7 +59,7 @@ def calibrate_maneuver(
 
     Returns
     -------
-    dict of str to GeneratorDrive
+    dict of str to Drive
 
     Raises
     ------
@@ -75,7 +72,7 @@ def calibrate_maneuver(
     wanted = {axis: _wanted(train, at) for axis, train in at.items()}
     plant = {axis: _plant(axis, components, at, response) for axis, components in wanted.items()}
     command = {axis: {of: wanted[axis][of] / plant[axis][of] for of in wanted[axis]} for axis in at}
-    best: dict[str, GeneratorDrive] = {}
+    best: dict[str, Drive] = {}
     left: dict[str, float] = {}
     worst_deg, since, text = math.inf, 0, ""
     for _ in range(FLIGHTS):
@@ -146,10 +143,10 @@ def _plant(
     return out
 
 
-def _drives(command: Components, at: dict[str, SineTrain]) -> dict[str, GeneratorDrive]:
-    """Return amplitudes, phases and feeds of the generators.
+def _drives(command: Components, at: dict[str, SineTrain]) -> dict[str, Drive]:
+    """Return amplitudes, phases and feeds of the swings.
 
-    With the other generator at ``Im[z e^(i x)]`` and its derivative ``omega Re[z e^(i x)]``, a component
+    With the other swing at ``Im[z e^(i x)]`` and its derivative ``omega Re[z e^(i x)]``, a component
     ``Im[u e^(i x)]`` is the first by ``Re(u / z)`` and the second by ``Im(u / z) / omega``.
     """
     out = {}
@@ -160,7 +157,7 @@ def _drives(command: Components, at: dict[str, SineTrain]) -> dict[str, Generato
             ratio = components[other] / command[other][other]
             feed = (ratio.real, ratio.imag / at[other].omega)
         gain = math.radians(at[axis].amplitude_deg) / abs(own)
-        out[axis] = GeneratorDrive(gain, math.atan2(own.imag, own.real), feed)
+        out[axis] = Drive(gain, math.atan2(own.imag, own.real), feed)
     return out
 
 
@@ -188,15 +185,15 @@ def _components(own: SineTrain, parts: list[SineTrain], carrier: Trajectory) -> 
     return out
 
 
-def drives_to_arrays(drives: dict[str, GeneratorDrive]) -> dict[str, np.ndarray]:
+def drives_to_arrays(drives: dict[str, Drive]) -> dict[str, np.ndarray]:
     """Return plain arrays for the cache: gain, lead, and the two factors of a feed if there is one."""
     return {axis: np.array([drive.gain, drive.lead, *(drive.feed or ())]) for axis, drive in drives.items()}
 
 
-def drives_from_arrays(arrays: dict[str, np.ndarray]) -> dict[str, GeneratorDrive]:
+def drives_from_arrays(arrays: dict[str, np.ndarray]) -> dict[str, Drive]:
     """Restore drives from the result of ``drives_to_arrays``."""
     out = {}
     for axis, values in arrays.items():
         gain, lead, *feed = values.tolist()
-        out[axis] = GeneratorDrive(gain, lead, (feed[0], feed[1]) if feed else None)
+        out[axis] = Drive(gain, lead, (feed[0], feed[1]) if feed else None)
     return out

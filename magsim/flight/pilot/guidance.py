@@ -160,7 +160,7 @@ class Guidance:
         time_s : float
         motion : GuidanceInput
         trains : sequence of SineTrain
-            Trains whose generators are active.
+            Trains that are flown, from the beginning of their rise to the end of their fall.
         """
         speed = math.hypot(motion.v_north, motion.v_east)
         self._advance(time_s, motion, speed)

@@ -5,7 +5,6 @@ from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.flight.model.aero import bank_below_stall
-from magsim.flight.model.autopilot import FED, RAMP_START, SineGenerator, rate_of
+from magsim.flight.model.autopilot import RAMP_START, rate_of
 from magsim.flight.model.channels import CHANNELS, TO_SI
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
 from magsim.flight.model.setup import PlantSetup
@@ -28,6 +27,7 @@ from magsim.flight.pilot.gusts import GustSchedule
 from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.flight.pilot.response import LoopResponse
+from magsim.flight.pilot.swings import SwingCommands
 from magsim.flight.pilot.trains import SineTrain, trains_of_leg
 from magsim.scenario import FlapMove, LegPattern
 from magsim.terrain import Ground
@@ -63,7 +63,7 @@ class Pilot:
         Where on the path's first element the plant begins, negative before it.
     log_hz : int
     response : sequence of LoopResponse
-        Response of the loops in each part; the generators are commanded by its inverse.
+        Response of the loops in each part; the swings are commanded by its inverse.
     parts : sequence of LegPattern
         Whose maneuvers are flown on the legs, by the part that an element belongs to.
     trains : sequence of SineTrain
@@ -114,8 +114,8 @@ class Pilot:
         most_bank = bank_below_stall(facts, setup.speed_mps, float(standard_density(highest_m)), LIFT_PART)
         self.guidance = Guidance(path, facts, along_m, most_bank)
         self.trains: list[SineTrain] = list(trains)
-        self._waiting: list[_WaitingTrain] = []
-        self._await(trains, response[0])
+        self._swings = SwingCommands()
+        self._swings.add(trains, response[0])
         self._flying: list[SineTrain] = []
         self.path: Sequence[Element] = path
         self._plane, self._parts, self._setup = plane, tuple(parts), setup
@@ -153,9 +153,9 @@ class Pilot:
                 self._below = self._look_ahead(self._ground)
             self.plant.ground(self._below.pop())
         place = self._plane.motion(lat, lon, v_north, v_east)
-        self._start_trains(time)
         if self._flying:
             self._flying = [train for train in self._flying if not train.over(time)]
+        self._flying += self._swings.begun(time)
         # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
         turned = math.atan2(place[3], place[2]) - math.atan2(v_east, v_north)
         motion = GuidanceInput(*place, heading + turned, airspeed, v_down)
@@ -174,6 +174,8 @@ class Pilot:
         if flaps is not None:
             self.plant.command("ap/flap-rad", flaps)
         self.plant.command(RAMP_START, self.plant.clock_s)
+        for name, value in self._swings.commands(time):
+            self.plant.command(name, value)
         # North turns too until the next tick.
         self._command(order, order.heading - turned - turning)
         if self._heights is not None:
@@ -252,14 +254,7 @@ class Pilot:
                 continue
             planned = _trains_on(element, self._parts, self._setup, crossing.time_s)
             self.trains += planned
-            self._await(planned, self._responses[element.label.part])
-
-    def _await(self, trains: Sequence[SineTrain], response: LoopResponse) -> None:
-        """Put trains in the order in which their generators begin."""
-        for train in trains:
-            drive = response.drive(train)
-            self._waiting.append(_WaitingTrain(train.start_s - drive.lead / train.omega, train, response))
-        self._waiting.sort(key=lambda waiting: waiting.start_s - waiting.train.ease_in_s)
+            self._swings.add(planned, self._responses[element.label.part])
 
     def _expect_first_row(self, time_s: float, speed: float) -> None:
         """Shortly before the path is entered, let the turbulence be as far as it shall be at the first row."""
@@ -270,44 +265,6 @@ class Pilot:
     def _delay_turbulence(self, zero_s: float) -> None:
         """Let the first row be where it was planned on the turbulence's clock: whole nodes from its beginning."""
         self.plant.delay_turbulence(zero_s - round(self._planned_s * NODE_HZ) / NODE_HZ)
-
-    def _start_trains(self, time_s: float) -> None:
-        """Pass a train to its generator on the last tick before it begins to rise."""
-        while self._waiting:
-            start_s, train, response = self._waiting[0]
-            if start_s - train.ease_in_s >= time_s + 1.0 / TICK_HZ:
-                return
-            del self._waiting[0]
-            names, command = SineGenerator(train.axis), self.plant.command
-            offset = self.plant.clock_s - self.plant.time_s
-            command(names["omega-rad_sec"], train.omega)
-            command(names["amplitude-rad"], math.radians(train.amplitude_deg) / response.drive(train).gain)
-            command(names["cycles"], float(train.cycles))
-            command(names["ease-in-s"], max(train.ease_in_s, 1e-3))
-            command(names["ease-out-s"], max(train.ease_out_s, 1e-3))
-            command(names["start-s"], start_s + offset)
-            self._feed(train, response)
-            self._flying.append(train)
-
-    def _feed(self, train: SineTrain, response: LoopResponse) -> None:
-        """Set what a train's axis is fed and what is fed of it, before the first of both generators begins."""
-        fed = FED.get(train.axis)
-        drives = response.maneuvers.get(train.maneuver, {})
-        for axis in () if fed is None else (train.axis, fed):
-            feed = drives[axis].feed if axis in drives else None
-            direct, quadrature = feed or (0.0, 0.0)
-            names, command = SineGenerator(axis), self.plant.command
-            command(names["fed"], float(feed is not None))
-            command(names["feed-norm"], direct)
-            command(names["feed-s"], quadrature)
-
-
-class _WaitingTrain(NamedTuple):
-    """A train that its generator begins at a time, ahead of the train by the delay of the loops."""
-
-    start_s: float
-    train: SineTrain
-    response: LoopResponse
 
 
 def _trains_on(element: Element, parts: Sequence[LegPattern], setup: PlantSetup, start_s: float) -> list[SineTrain]:

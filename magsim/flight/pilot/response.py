@@ -1,4 +1,4 @@
-"""Response of the autopilot loops to a sine, and the generator settings that compensate it."""
+"""Response of the autopilot loops to a sine, and the drives that compensate it."""
 
 import math
 from collections.abc import Mapping
@@ -15,12 +15,15 @@ BOUNDS = ("elevator", "aileron", "rudder", "alpha", "beta")
 """Logged quantities that bound an amplitude."""
 
 
-class GeneratorDrive(NamedTuple):
-    """Settings of a sine generator with which its axis flies the commanded train.
+FED = {"roll": "yaw", "yaw": "roll"}
+"""Axes that disturb each other by their own frequencies; pitch does not, as the aircraft is symmetric."""
 
-    ``gain`` is the commanded amplitude over that of the generator, ``lead`` [rad] the
-    phase by which the generator leads.
-    ``feed`` are the factors of the sine that is fed from another axis (``autopilot.FED``) and of its derivative [s].
+
+class Drive(NamedTuple):
+    """How an axis is commanded for it to fly a train as asked.
+
+    ``gain`` is the amplitude that is asked over the commanded one, ``lead`` [rad] the phase by which the command leads.
+    ``feed`` are the factors of the swing that is fed from another axis (``FED``) and of its derivative [s].
     """
 
     gain: float
@@ -42,8 +45,8 @@ class LoopResponse:
         Amplitude at which a control reaches its stop or the air its limit.
     bound : mapping of axis to (n,)
         Which of them, as an index of ``BOUNDS``.
-    maneuvers : mapping of ManeuverKey to mapping of axis to GeneratorDrive
-        Generator settings of maneuvers with a calibration of their own.
+    maneuvers : mapping of ManeuverKey to mapping of axis to Drive
+        Drives of maneuvers with a calibration of their own.
     """
 
     period_s: np.ndarray
@@ -51,7 +54,7 @@ class LoopResponse:
     phase: dict[str, np.ndarray]
     largest_deg: dict[str, np.ndarray] = field(default_factory=dict)
     bound: dict[str, np.ndarray] = field(default_factory=dict)
-    maneuvers: Mapping[ManeuverKey, Mapping[str, GeneratorDrive]] = field(default_factory=dict)
+    maneuvers: Mapping[ManeuverKey, Mapping[str, Drive]] = field(default_factory=dict)
 
     def largest_at(self, axis: str, period_s: float) -> tuple[float, str]:
         """Return the largest amplitude [deg] at a period, linear between logarithms, and what bounds it."""
@@ -65,12 +68,12 @@ class LoopResponse:
         near = sorted(periods.tolist(), key=lambda period: abs(period - period_s))
         return next((period for period in near if self.largest_at(axis, period)[0] >= amplitude_deg), None)
 
-    def drive(self, train: SineTrain) -> GeneratorDrive:
-        """Return the generator settings of a train."""
+    def drive(self, train: SineTrain) -> Drive:
+        """Return the drive of a train."""
         if train.maneuver in self.maneuvers:
             return self.maneuvers[train.maneuver][train.axis]
         gain, phase = self.at(train.axis, train.period_s)
-        return GeneratorDrive(gain, -phase)
+        return Drive(gain, -phase)
 
     def at(self, axis: str, period_s: float) -> tuple[float, float]:
         """Return gain and phase [rad] at a period, by cubic splines over its logarithm."""

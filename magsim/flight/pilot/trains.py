@@ -3,10 +3,12 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from magsim.flight.model.autopilot import AXES
 from magsim.flight.path.elements import PathLabel
+from magsim.flight.pilot.cycles import Cycle, TrainCurve
 from magsim.planning import ScheduledOscillation, schedule
 from magsim.scenario import LegPattern
 
@@ -31,7 +33,7 @@ ManeuverKey = tuple[ManeuverAxis, ...]
 class SineTrain:
     """A sine train on the clock of a flight.
 
-    ``ease_in_s`` before the first cycle the generator rises from nothing, ``ease_out_s`` after the last it falls;
+    ``ease_in_s`` before the first cycle the sine rises from nothing, ``ease_out_s`` after the last it falls;
     half a period of it keeps the mean of the sine's integral, heading or height, where it was.
     """
 
@@ -46,6 +48,10 @@ class SineTrain:
     ease_out_s: float
     maneuver: ManeuverKey = ()
     """The maneuver that it is a part of."""
+    drawn: tuple[Cycle, ...] = ()
+    """Its cycles where they scatter; else all are the same."""
+    roll_part: float = 0.0
+    """Roll that swings with a yaw train, over its angle."""
 
     @property
     def kind(self) -> str:
@@ -59,21 +65,21 @@ class SineTrain:
 
     @property
     def omega(self) -> float:
-        """Angular frequency [rad/s]."""
+        """Mean angular frequency [rad/s]."""
         return 2.0 * math.pi / self.period_s
 
+    @cached_property
+    def curve(self) -> TrainCurve:
+        """The angle over time, on the clock of the train's start."""
+        cycles = self.drawn or (Cycle(self.amplitude_deg, self.period_s),) * self.cycles
+        return TrainCurve(cycles, self.ease_in_s, self.ease_out_s)
+
     def angle(self, time_s: float) -> float:
-        """Return the commanded angle at a time [rad]."""
-        tau = time_s - self.start_s
-        rise = 1.0 + min(0.0, tau) / max(self.ease_in_s, 1e-3)
-        fall = 1.0 - max(0.0, time_s - self.stop_s) / max(self.ease_out_s, 1e-3)
-        if rise <= 0.0 or fall <= 0.0:
-            return 0.0
-        envelope = rise * rise * (3.0 - 2.0 * rise) * fall * fall * (3.0 - 2.0 * fall)
-        return math.radians(self.amplitude_deg) * envelope * math.sin(self.omega * tau)
+        """Return the angle that is asked at a time [rad]."""
+        return math.radians(self.curve.at(time_s - self.start_s)[0])
 
     def over(self, time_s: float) -> bool:
-        """Whether the generator has come to rest."""
+        """Whether it has come to rest."""
         return time_s >= self.stop_s + self.ease_out_s
 
 

@@ -1,4 +1,4 @@
-"""The flight model as a machine: signs, rates, wind, generators, and what is found when it goes wrong."""
+"""The flight model as a machine: signs, rates, wind, swings, and what is found when it goes wrong."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 
 from magsim.aircraft import Aircraft
 from magsim.errors import RequestError
-from magsim.flight.model.autopilot import SineGenerator
+from magsim.flight.model.autopilot import RAMP_START
 from magsim.flight.model.dryden import Strength
 from magsim.flight.model.instance import load
 from magsim.flight.model.plant import FlightTroubleError, Plant
@@ -18,6 +18,8 @@ from magsim.flight.model.start import start
 from magsim.flight.model.trim import trim
 from magsim.flight.model.weather import Weather
 from magsim.flight.path.wind import crab_heading, ground_speed
+from magsim.flight.pilot.response import UNITY
+from magsim.flight.pilot.swings import SwingCommands
 from magsim.flight.pilot.trains import SineTrain
 
 LIGHT = Strength(3)
@@ -136,30 +138,30 @@ def test_turbulence_belongs_to_its_seed(cessna: Aircraft) -> None:
     assert np.std(first) > 10.0 * np.std(rolled(7, None))
 
 
-def test_generators_give_the_sine_that_is_planned(cessna: Aircraft) -> None:
+def test_swings_are_the_trains_that_are_planned(cessna: Aircraft) -> None:
     train = SineTrain(
-        "yaw", 1, 1, start_s=3.0, period_s=4.0, cycles=2, amplitude_deg=6.0, ease_in_s=2.0, ease_out_s=1.0
+        "yaw", 1, 1, start_s=3.03, period_s=4.0, cycles=2, amplitude_deg=6.0, ease_in_s=2.0, ease_out_s=1.0
     )
-    fdm, names = flying(cessna), SineGenerator("yaw")
-    begun = fdm["simulation/sim-time-sec"]
-    values = {
-        "start-s": begun + 3.0,
-        "omega-rad_sec": train.omega,
-        "amplitude-rad": math.radians(6.0),
-        "cycles": 2.0,
-        "ease-in-s": 2.0,
-        "ease-out-s": 1.0,
-    }
-    for name, value in values.items():
-        fdm[names[name]] = value
-    worst, largest = 0.0, 0.0
-    for _ in range(120 * 14):
-        fdm.run()
-        # The flight controls run at the beginning of a step, on the clock of its beginning.
-        given, time = fdm[names["sine-rad"]], fdm[names["time-s"]] + 3.0
-        worst, largest = max(worst, abs(given - train.angle(time))), max(largest, abs(given))
-    assert worst < 1e-10
+    plant, swings = Plant(cessna.facts, SETUP), SwingCommands()
+    swings.add([train], UNITY)
+    largest, turning = 0.0, []
+    for tick in range(140):
+        assert ([*swings.begun(plant.time_s)] == [train]) == (tick == 10)
+        plant.command(RAMP_START, plant.clock_s)
+        for name, value in swings.commands(plant.time_s):
+            plant.command(name, value)
+        for _ in range(12):
+            # The clock is advanced before the flight controls run.
+            plant.run(1)
+            wanted, given = train.angle(plant.time_s), plant._fdm["ap/yaw/angle-rad"]
+            off, largest = abs(given - wanted), max(largest, abs(given))
+            # A cubic of a sine over a tick is off by (omega h)^4 / 384 of its amplitude, more where an easing ends.
+            assert off < (1e-5 if 3.2 < plant.time_s < 11.0 else 1e-3) * math.radians(6.0)
+            turning.append((given, plant._fdm["ap/yaw/rate-rad_sec"]))
     assert largest == pytest.approx(math.radians(6.0), rel=1e-3)
+    angle, rate = np.array(turning).T
+    np.testing.assert_allclose(np.gradient(angle, 1.0 / 120.0)[1:-1], rate[1:-1], atol=math.radians(0.02))
+    assert not [*swings.commands(plant.time_s)]
 
 
 def test_no_trim_is_reported(cessna: Aircraft) -> None:

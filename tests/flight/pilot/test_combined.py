@@ -9,7 +9,7 @@ import pytest
 from magsim.errors import DataError, RequestError
 from magsim.flight.pilot.combined import calibrate_maneuver, drives_from_arrays, drives_to_arrays
 from magsim.flight.pilot.measure import ANGLES
-from magsim.flight.pilot.response import GeneratorDrive, LoopResponse
+from magsim.flight.pilot.response import Drive, LoopResponse
 from magsim.flight.pilot.trains import ManeuverAxis, ManeuverKey, SineTrain, trains_of_maneuver
 from magsim.trajectory import Trajectory
 
@@ -24,8 +24,8 @@ ALONE = LoopResponse(
 )
 
 
-def commands(trains: list[SineTrain], drives: dict[str, GeneratorDrive], time: np.ndarray) -> dict[str, np.ndarray]:
-    """Commands of the axes as the generators and their feeds are defined, without envelopes."""
+def commands(trains: list[SineTrain], drives: dict[str, Drive], time: np.ndarray) -> dict[str, np.ndarray]:
+    """Commands of the axes as drives and their feeds are defined, without envelopes."""
     sines, rates = {}, {}
     for s in trains:
         amplitude, angle = math.radians(s.amplitude_deg) / drives[s.axis].gain, s.omega * (time - s.start_s)
@@ -84,7 +84,7 @@ def test_the_inverse_of_a_coupled_plant_is_found(combination: ManeuverKey) -> No
 
 
 def test_drives_are_kept_as_arrays() -> None:
-    drives = {"pitch": GeneratorDrive(0.8, 0.1), "roll": GeneratorDrive(0.9, -0.2, (0.3, 0.4))}
+    drives = {"pitch": Drive(0.8, 0.1), "roll": Drive(0.9, -0.2, (0.3, 0.4))}
     assert drives_from_arrays(drives_to_arrays(drives)) == drives
 
 

@@ -107,5 +107,5 @@ def test_a_set_point_moves_through_north_at_every_step(cessna: Aircraft) -> None
         wanted.append(fdm["ap/heading-error-rad"] + fdm["attitude/psi-rad"])
     steps = np.diff(np.degrees(np.unwrap(wanted)))
     np.testing.assert_allclose(steps, 10.0 / 120.0, atol=1e-9)
-    # The flight controls read the clock of the step's beginning: the first step takes the value itself.
-    assert math.degrees(wanted[0]) == pytest.approx(359.5, abs=1e-9)
+    # The clock is advanced before the flight controls run.
+    assert math.degrees(wanted[0]) == pytest.approx(359.5 + 10.0 / 120.0, abs=1e-9)
