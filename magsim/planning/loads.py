@@ -27,7 +27,7 @@ def check_loads(pattern: LegPattern, start: Start, aircraft: Aircraft | None) ->
 
 def _steepness(swing: Oscillation, leg: int) -> float:
     """Return amplitude over period on a leg [deg/s]: where it is largest, so is the load."""
-    return swing.amplitude(leg) / swing.period(leg)
+    return swing.most * swing.amplitude(leg) / (swing.shortest * swing.period(leg))
 
 
 def _load(pattern: LegPattern, start: Start, aircraft: Aircraft, swing: Oscillation, leg: int) -> str:
@@ -35,11 +35,11 @@ def _load(pattern: LegPattern, start: Start, aircraft: Aircraft, swing: Oscillat
     limits = aircraft.limits
     if not isinstance(limits, Limits):
         return ""  # a kinematic carrier flies no maneuvers
-    amplitude, period = swing.amplitude(leg), swing.period(leg)
+    amplitude, period = swing.most * swing.amplitude(leg), swing.shortest * swing.period(leg)
     angular = start.speed_mps * math.radians(amplitude) * 2.0 * math.pi / G0
     load = angular / period
     text = (
-        f"{amplitude:g} deg of pitch in {period:g} s swings from {1.0 - load:.2f} to {1.0 + load:.2f} g at "
+        f"{amplitude:.3g} deg of pitch in {period:.3g} s swings from {1.0 - load:.2f} to {1.0 + load:.2f} g at "
         f"{start.speed_mps:g} m/s; allowed for"
     )
     airframe = min(1.0 - limits.load_factor[0], limits.load_factor[1] - 1.0)

@@ -1,14 +1,28 @@
 """Types and helpers that the models of a scenario share."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
-from pydantic import Field, ValidationInfo
+from pydantic import Field, ValidationInfo, model_validator
 
 from magsim.aircraft import Aircraft, Bird
 from magsim.config import Strict
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
+
+
+class PresetTable(Strict):
+    """A table whose ``preset`` names values for the keys that it leaves out."""
+
+    PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, value: object) -> object:
+        if isinstance(value, Mapping) and isinstance(value.get("preset"), str):
+            return {**cls.PRESETS.get(value["preset"], {}), **value}
+        return value
 
 
 class FieldPart(Strict):

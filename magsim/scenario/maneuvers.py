@@ -1,14 +1,52 @@
 """Maneuvers: trains of sine swings on one axis or on several at once, and when each is flown on its leg."""
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, ValidationInfo, field_validator
+from pydantic import Discriminator, Field, ValidationInfo, field_validator, model_validator
 
 from magsim.aircraft import Aircraft
 from magsim.config import Numbers, Strict
 from magsim.scenario.base import NonNegative, aircraft_of
 
 Axis = Literal["pitch", "roll", "yaw"]
+
+FURTHEST = 2.1
+"""No cycle departs farther from the mean, in standard deviations of its scatter."""
+
+PRESETS: Mapping[str, Mapping[str, object]] = {
+    "crew": {
+        "maneuvers": [
+            {
+                "axis": "pitch",
+                "amplitude_deg": [3.0, 4.0, 3.5, 2.5],
+                "period_s": [6.0, 7.5, 6.5, 5.5],
+                "amplitude_scatter": 0.15,
+                "period_scatter": 0.10,
+            },
+            {
+                "axis": "roll",
+                "amplitude_deg": [8.0, 6.0, 9.0, 7.0],
+                "period_s": [6.0, 5.0, 7.0, 5.5],
+                "amplitude_scatter": 0.15,
+                "period_scatter": 0.10,
+            },
+            {
+                "axis": "yaw",
+                "amplitude_deg": [4.0, 3.0, 4.5, 3.5],
+                "period_s": [6.0, 7.0, 6.5, 5.5],
+                "amplitude_scatter": 0.15,
+                "period_scatter": 0.10,
+                "roll_part": 0.3,
+            },
+        ]
+    }
+}
+"""Keys of a pattern by the name of a preset.
+
+``crew``: a figure of merit by hand, pitch and yaw of +-2.5 to 5 and roll of +-5 to 10 degrees in 4 to 8 s (SEG Wiki,
+"Figure of merit", read as amplitudes or from peak to peak). Scatter and the roll in the yaw are estimates.
+"""
 
 
 def check_amplitude(axis: str | None, value: float, aircraft: Aircraft | None) -> None:
@@ -64,6 +102,16 @@ class Oscillation(Strict):
             check_period(value)
         return values
 
+    @property
+    def most(self) -> float:
+        """Largest amplitude of a cycle over the mean."""
+        return 1.0
+
+    @property
+    def shortest(self) -> float:
+        """Shortest period of a cycle over the mean."""
+        return 1.0
+
     def amplitude(self, index: int) -> float:
         """Return the amplitude [deg] on the leg with this index, counted from 0 over the pattern."""
         return self.amplitude_deg[index % len(self.amplitude_deg)]
@@ -88,6 +136,40 @@ class TrainBase(Strict):
 
 class Train(Oscillation, TrainBase):
     """A train of sine maneuvers on one axis, flown once on each leg."""
+
+    amplitude_scatter: float = Field(
+        default=0.0, ge=0.0, le=0.3, description="standard deviation of the amplitude from cycle to cycle, as a part"
+    )
+    period_scatter: float = Field(
+        default=0.0, ge=0.0, le=0.2, description="standard deviation of the period from cycle to cycle, as a part"
+    )
+    roll_part: float = Field(
+        default=0.0, ge=0.0, le=1.0, description="roll that swings with a yaw train, as a part of its angle"
+    )
+
+    @model_validator(mode="after")
+    def _scatter_is_flyable(self, info: ValidationInfo) -> "Train":
+        if self.period_scatter and self.cycles == 1:
+            msg = "period_scatter: one cycle takes the planned time; allowed: with two cycles or more"
+            raise ValueError(msg)
+        if self.roll_part and self.axis != "yaw":
+            msg = f"roll_part: {self.axis} takes no roll with it; allowed: for a yaw train"
+            raise ValueError(msg)
+        for value in self.amplitude_deg:
+            check_amplitude(self.axis, self.most * value, aircraft_of(info))
+        for value in self.period_s:
+            check_period(self.shortest * value)
+        return self
+
+    @property
+    def most(self) -> float:
+        """Largest amplitude of a cycle over the mean."""
+        return 1.0 + FURTHEST * self.amplitude_scatter
+
+    @property
+    def shortest(self) -> float:
+        """Shortest period of a cycle over the mean."""
+        return 1.0 - FURTHEST * self.period_scatter
 
     @property
     def swings(self) -> tuple[Oscillation, ...]:

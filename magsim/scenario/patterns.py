@@ -1,12 +1,13 @@
 """Patterns of legs: their geometry, and the maneuvers on them. ``docs/patterns.md`` draws them."""
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
 from magsim.config import Strict
-from magsim.scenario.base import NonNegative, aircraft_of
-from magsim.scenario.maneuvers import Maneuver, Train, check_amplitude, check_period
+from magsim.scenario.base import NonNegative, PresetTable, aircraft_of
+from magsim.scenario.maneuvers import PRESETS, Maneuver, Train, check_amplitude, check_period
 from magsim.scenario.start import Start
 
 LEGS = 4
@@ -74,9 +75,14 @@ class PatternBase(Strict):
         return value
 
 
-class Maneuvering(PatternBase):
+class Maneuvering(PatternBase, PresetTable):
     """A pattern with maneuvers of the user's choice."""
 
+    PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = PRESETS
+
+    preset: Literal["crew"] | None = Field(
+        default=None, description="maneuvers as crews fly them, where none are given"
+    )
     maneuvers: tuple[Maneuver, ...] = Field(default=(), strict=False)
 
 

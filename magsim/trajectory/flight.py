@@ -31,8 +31,24 @@ class Segment:
 
 
 @dataclass(frozen=True)
+class CycleFlown:
+    """One cycle of a sine train whose cycles scatter, commanded and flown."""
+
+    start_s: float
+    period_s: float
+    asked_deg: float
+    """Amplitude, half of peak to peak [deg]."""
+    flown_deg: float
+    """Half of the peak to peak of the flown angle [deg]."""
+
+
+@dataclass(frozen=True)
 class ManeuverFlown:
-    """One sine train, commanded and flown."""
+    """One sine train, commanded and flown.
+
+    Where cycles scatter, amplitudes are means over the middle cycles, ``period_s`` is the mean, and the residual is
+    that from the commanded angle.
+    """
 
     axis: str
     circuit: int
@@ -57,6 +73,24 @@ class ManeuverFlown:
     """Time before the first cycle in which the oscillation rises [s]."""
     ease_out_s: float = 0.0
     """Time after the last cycle in which it falls [s]."""
+    roll_part: float = 0.0
+    """Commanded roll of a yaw train, over its angle."""
+    scattered: tuple[CycleFlown, ...] = ()
+    """Its cycles where they scatter."""
+
+    @property
+    def middle(self) -> tuple[CycleFlown, ...]:
+        """Cycles that scatter, less the first and the last if there are more than two."""
+        return self.scattered[1:-1] if self.cycles > 2 else self.scattered
+
+    def cycle_at(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the number of the cycle at times within the train, from 1."""
+        if self.scattered:
+            return np.searchsorted([cycle.start_s - 1e-9 for cycle in self.scattered], time_s, side="right").astype(
+                float
+            )
+        begun = np.floor((time_s - self.start_s) / self.period_s + 1e-9) + 1.0
+        return np.minimum(begun, self.cycles)
 
 
 @dataclass(frozen=True)
@@ -237,9 +271,8 @@ class Flight:
         for maneuver in self.maneuvers:
             rows = (time_s >= maneuver.start_s - 1e-9) & (time_s < maneuver.stop_s - 1e-9)
             out["maneuver"][rows] = codes[maneuver.kind or maneuver.axis]
-            begun = np.floor((time_s[rows] - maneuver.start_s) / maneuver.period_s + 1e-9) + 1.0
             # Of several simultaneous axes the one with the most cycles counts.
-            out["cycle"][rows] = np.maximum(out["cycle"][rows], np.minimum(begun, maneuver.cycles))
+            out["cycle"][rows] = np.maximum(out["cycle"][rows], maneuver.cycle_at(time_s[rows]))
         return out
 
 

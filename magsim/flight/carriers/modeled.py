@@ -29,7 +29,6 @@ from magsim.flight.carriers.planning import (
 from magsim.flight.model.plant import FlightTroubleError
 from magsim.flight.model.rates import integrators_for, log_rate_hz
 from magsim.flight.model.setup import PlantSetup
-from magsim.flight.path.elements import Element
 from magsim.flight.path.wind import ground_speed
 from magsim.flight.pilot.calibration import calibrate_maneuvers, check_reach, loop_response, maneuvers_to_calibrate
 from magsim.flight.pilot.flaps import check_legs, runs_of
@@ -39,8 +38,9 @@ from magsim.flight.pilot.measure import measure
 from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.flight.pilot.pilot import Pilot, first_row_s, on_clock, planned_trains
 from magsim.flight.pilot.response import UNITY, LoopResponse
+from magsim.flight.pilot.trains import SineTrain
 from magsim.flight.tow.motion import BirdMotion
-from magsim.scenario import LegPattern, Scenario, parts_of
+from magsim.scenario import Scenario, parts_of
 from magsim.terrain import Ground
 from magsim.trajectory import Flight
 
@@ -63,7 +63,7 @@ def fly_modeled(
     # Maneuvers are calibrated at the height of each part.
     setups = [replace(setup, alt_m=part.height_m(scenario.start.alt_m) or setup.alt_m) for part in parts]
     responses = [
-        _calibrated(facts, at, [element for element in path if element.label.part == number], parts)
+        _calibrated(facts, at, planned_trains([e for e in path if e.label.part == number], parts, at, scenario.seed))
         for number, at in enumerate(setups)
     ]
     before_s = warmup_s(scenario)
@@ -90,6 +90,7 @@ def fly_modeled(
         heights=heights,
         flaps=scenario.flight.flaps,
         coupled=coupled,
+        seed=scenario.seed,
     )
     expected_s = before_s + flying_time(scenario, path) + MARGIN_S
     tick = None if progress is None else _progress(progress, expected_s)
@@ -107,12 +108,12 @@ def fly_modeled(
     return flight, coupled.flown(begun, ended, zero, log_hz)
 
 
-def _calibrated(facts: Facts, setup: PlantSetup, path: Sequence[Element], parts: Sequence[LegPattern]) -> LoopResponse:
+def _calibrated(facts: Facts, setup: PlantSetup, trains: Sequence[SineTrain]) -> LoopResponse:
     """Calibrate the loops for the maneuvers of a part of the path, at its height."""
-    trains = planned_trains(path, parts, setup)
     if not trains:
         return UNITY
-    response = loop_response(facts, tuple(dict.fromkeys(train.axis for train in trains)), setup)
+    axes = [train.axis for train in trains] + ["roll" for train in trains if train.roll_part]
+    response = loop_response(facts, tuple(dict.fromkeys(axes)), setup)
     check_reach(trains, response, facts, setup)
     return calibrate_maneuvers(facts, setup, response, maneuvers_to_calibrate(trains, response))
 

@@ -152,9 +152,11 @@ def pattern_notes(
 
 
 def amplitude_notes(maneuvers: Sequence[ManeuverFlown]) -> dict[str, float]:
-    """Return the worst amplitude error of each axis that was oscillated."""
+    """Return the worst amplitude error of each axis that was oscillated, of single cycles where they scatter."""
     return {
-        f"worst_{axis}_amplitude_error_deg": max(abs(m.flown_deg - m.asked_deg) for m in maneuvers if m.axis == axis)
+        f"worst_{axis}_amplitude_error_deg": max(
+            abs(part.flown_deg - part.asked_deg) for m in maneuvers if m.axis == axis for part in m.middle or (m,)
+        )
         for axis in dict.fromkeys(maneuver.axis for maneuver in maneuvers)
     }
 

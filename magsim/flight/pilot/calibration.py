@@ -250,15 +250,16 @@ def check_reach(trains: Sequence[SineTrain], response: LoopResponse, facts: Fact
     RequestError
         With the amplitude that is allowed in that period, and the period in which the amplitude is.
     """
-    for train in trains:
-        largest, bound = response.largest_at(train.axis, train.period_s)
-        if train.amplitude_deg <= largest:
+    flown = dict.fromkeys((train, cycle) for train in trains for cycle in train.curve.cycles)
+    for train, (amplitude_deg, period_s) in flown:
+        largest, bound = response.largest_at(train.axis, period_s)
+        if amplitude_deg <= largest:
             continue
-        period_s = response.nearest_s(train.axis, train.amplitude_deg, train.period_s)
-        other = "" if period_s is None else f", or a period of {period_s:g} s"
+        nearest_s = response.nearest_s(train.axis, amplitude_deg, period_s)
+        other = "" if nearest_s is None else f", or a period of {nearest_s:g} s"
         why = {"alpha": "goes beyond the stall", "beta": "goes beyond the sideslip of the flight model"}
         msg = (
-            f"pattern.maneuvers: {train.amplitude_deg:g} deg of {train.axis} in {train.period_s:g} s (leg {train.leg} "
+            f"pattern.maneuvers: {amplitude_deg:.4g} deg of {train.axis} in {period_s:.4g} s (leg {train.leg} "
             f"of circuit {train.circuit}) {why.get(bound, f'needs more {bound} than available')} at "
             f"{setup.speed_mps:g} m/s and {setup.alt_m:g} m; allowed for {facts.title}: up to "
             f"{math.floor(10.0 * largest) / 10.0:g} deg in that period{other}"

@@ -1,8 +1,8 @@
 """The angle of a sine train over time, with cycles of one size or with cycles that scatter.
 
-Between two cycles of different amplitude and period both change by a cubic step over the phase, from a quarter cycle
-before the joint to a quarter cycle after it. So angle, rate and acceleration are smooth, and both peaks of a cycle have
-its own amplitude. The time over the phase is known in closed form; it is inverted by Newton's method.
+Between two cycles of different amplitude and period both change by a step of fifth order over the phase, from a quarter
+cycle before the joint to a quarter cycle after it. So angle, rate and acceleration have no step, and both peaks of a
+cycle have its own amplitude. The time over the phase is known in closed form; it is inverted by Newton's method.
 """
 
 import math
@@ -104,7 +104,8 @@ class TrainCurve:
             return before if part <= 0.0 else after, 0.0
         if part >= 1.0:
             return after, 0.0
-        share, slope = part * part * (3.0 - 2.0 * part), 6.0 * part * (1.0 - part) / math.pi
+        share = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
+        slope = 30.0 * (part * (1.0 - part)) ** 2 / math.pi
         return before + share * (after - before), slope * (after - before)
 
     def _time(self, phase: float) -> float:
@@ -113,7 +114,7 @@ class TrainCurve:
         for i, (one, other) in enumerate(pairwise(self.cycles), start=1):
             part = min(max((phase - 2.0 * math.pi * i + QUARTER) / math.pi, 0.0), 1.0)
             beyond = max(0.0, phase - 2.0 * math.pi * i - QUARTER)
-            time += (other.period_s - one.period_s) * (math.pi * (part**3 - 0.5 * part**4) + beyond)
+            time += (other.period_s - one.period_s) * (math.pi * part**4 * (2.5 - 3.0 * part + part**2) + beyond)
         return time / (2.0 * math.pi)
 
 

@@ -78,6 +78,8 @@ class Pilot:
         Settings of the flap lever.
     coupled : HookLoad, optional
         Load on the hook of the setup.
+    seed : int
+        Of the scatter of cycles.
 
     Attributes
     ----------
@@ -103,6 +105,7 @@ class Pilot:
         heights: HeightPlan | None = None,
         flaps: Sequence[FlapMove] = (),
         coupled: HookLoad | None = None,
+        seed: int = 0,
     ) -> None:
         self._ground = None if ground is None or ground.level else ground
         self._below: list[float] = []
@@ -123,7 +126,7 @@ class Pilot:
         self.log_hz = log_hz
         self._steps_per_row = setup.step_hz // log_hz
         self._rows = array("d", self.plant.row)
-        self._seen = 0
+        self._seen, self._seed = 0, seed
         self._targets: dict[str, float] = {}
         self._moving: set[str] = set()
         self._monitor, self._gusts = monitor, GustSchedule(setup.weather)
@@ -252,7 +255,7 @@ class Pilot:
                 self.flaps.entered(element.circuit, element.leg, crossing.time_s)
             if not self._parts or element.turn:
                 continue
-            planned = _trains_on(element, self._parts, self._setup, crossing.time_s)
+            planned = _trains_on(element, self._parts, self._setup, crossing.time_s, self._seed)
             self.trains += planned
             self._swings.add(planned, self._responses[element.label.part])
 
@@ -267,16 +270,20 @@ class Pilot:
         self.plant.delay_turbulence(zero_s - round(self._planned_s * NODE_HZ) / NODE_HZ)
 
 
-def _trains_on(element: Element, parts: Sequence[LegPattern], setup: PlantSetup, start_s: float) -> list[SineTrain]:
+def _trains_on(
+    element: Element, parts: Sequence[LegPattern], setup: PlantSetup, start_s: float, seed: int
+) -> list[SineTrain]:
     """Return the trains of a leg that is entered at a time."""
     speed = ground_speed(setup.speed_mps, math.radians(element.heading_deg), setup.wind_mps)
     leg_s = element.length_m / max(1.0, speed)
-    return trains_of_leg(parts[element.label.part], element.label, start_s, leg_s)
+    return trains_of_leg(parts[element.label.part], element.label, start_s, leg_s, seed)
 
 
-def planned_trains(path: Sequence[Element], parts: Sequence[LegPattern], setup: PlantSetup) -> list[SineTrain]:
+def planned_trains(
+    path: Sequence[Element], parts: Sequence[LegPattern], setup: PlantSetup, seed: int
+) -> list[SineTrain]:
     """Return all trains of a flight along a path, each counted from the beginning of its leg."""
-    return [train for leg in path if not leg.turn for train in _trains_on(leg, parts, setup, 0.0)]
+    return [train for leg in path if not leg.turn for train in _trains_on(leg, parts, setup, 0.0, seed)]
 
 
 def first_row_s(crossed_s: float, log_hz: int) -> float:

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 from magsim.flight.model.autopilot import AXES
 from magsim.flight.path.elements import PathLabel
-from magsim.flight.pilot.cycles import Cycle, TrainCurve
+from magsim.flight.pilot.cycles import Cycle, TrainCurve, scattered
 from magsim.planning import ScheduledOscillation, schedule
-from magsim.scenario import LegPattern
+from magsim.scenario import LegPattern, Maneuver, Train
+from magsim.streams import stream
 
 
 class ManeuverAxis(NamedTuple):
@@ -83,8 +84,13 @@ class SineTrain:
         return time_s >= self.stop_s + self.ease_out_s
 
 
-def trains_of_leg(pattern: LegPattern, label: PathLabel, start_s: float, leg_s: float) -> list[SineTrain]:
-    """Schedule the trains of a leg that is entered at ``start_s`` and takes ``leg_s`` seconds."""
+def trains_of_leg(
+    pattern: LegPattern, label: PathLabel, start_s: float, leg_s: float, seed: int = 0
+) -> list[SineTrain]:
+    """Schedule the trains of a leg that is entered at ``start_s`` and takes ``leg_s`` seconds.
+
+    Cycles that scatter are drawn from the seed by circuit, leg and number of the train on the leg.
+    """
     scheduled, _ = schedule(pattern, label.leg_index, leg_s)
     together: dict[int, list[ScheduledOscillation]] = {}
     for oscillation in scheduled:
@@ -102,9 +108,23 @@ def trains_of_leg(pattern: LegPattern, label: PathLabel, start_s: float, leg_s: 
             oscillation.ease_in_s,
             oscillation.ease_out_s,
             maneuvers[oscillation.train],
+            *_by_hand(pattern.maneuvers[oscillation.train], oscillation, label, seed),
         )
         for oscillation in scheduled
     ]
+
+
+def _by_hand(
+    train: Maneuver, planned: ScheduledOscillation, label: PathLabel, seed: int
+) -> tuple[tuple[Cycle, ...], float]:
+    """Return the cycles of a train that scatters, and the roll that swings with it."""
+    if not isinstance(train, Train):
+        return (), 0.0
+    if not (train.amplitude_scatter or train.period_scatter):
+        return (), train.roll_part
+    rng = stream(seed, f"maneuver/{label.circuit}/{label.leg}/{planned.train}")
+    mean = Cycle(planned.amplitude_deg, planned.period_s)
+    return scattered(mean, planned.cycles, train.amplitude_scatter, train.period_scatter, rng), train.roll_part
 
 
 def maneuver_of(oscillations: Sequence[ScheduledOscillation]) -> ManeuverKey:

@@ -1,9 +1,8 @@
-"""What tables of instruments share: a mount, a clock, presets."""
+"""What tables of instruments share: a mount, a clock."""
 
-from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import Literal
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.config import Name, Strict, Vector
 from magsim.scenario.base import NonNegative, aircraft_of, bird_of
@@ -41,16 +40,3 @@ class InstrumentClock(Strict):
     skew_s: float = Field(default=0.0, ge=-0.5, le=0.5, description="how late the reading is; labels are at the tag")
     jitter_s: NonNegative = Field(default=0.0, le=0.02, description="standard deviation, white from row to row")
     drift_ppm: float = Field(default=0.0, ge=-200.0, le=200.0, description="growth of the lateness, microseconds a s")
-
-
-class PresetTable(Strict):
-    """A table whose ``preset`` names values for the keys that it leaves out."""
-
-    PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = {}
-
-    @model_validator(mode="before")
-    @classmethod
-    def _fill(cls, value: object) -> object:
-        if isinstance(value, Mapping) and isinstance(value.get("preset"), str):
-            return {**cls.PRESETS.get(value["preset"], {}), **value}
-        return value

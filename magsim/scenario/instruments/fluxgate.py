@@ -6,8 +6,8 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from magsim.config import Strict, Vector
-from magsim.scenario.base import NonNegative, Positive
-from magsim.scenario.instruments.common import InstrumentClock, PresetTable, Sensor
+from magsim.scenario.base import NonNegative, Positive, PresetTable
+from magsim.scenario.instruments.common import InstrumentClock, Sensor
 
 FLUXGATES: Mapping[str, Mapping[str, object]] = {
     "fluxgate_survey": {

@@ -7,8 +7,8 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.aircraft import reach_m
 from magsim.config import Vector
-from magsim.scenario.base import NonNegative, Positive, aircraft_of, bird_of
-from magsim.scenario.instruments.common import InstrumentClock, PresetTable
+from magsim.scenario.base import NonNegative, Positive, PresetTable, aircraft_of, bird_of
+from magsim.scenario.instruments.common import InstrumentClock
 
 UNITS: Mapping[str, Mapping[str, object]] = {
     "ins_survey": {

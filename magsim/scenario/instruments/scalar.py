@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from magsim.config import Strict, Vector
-from magsim.scenario.base import NonNegative, Positive
-from magsim.scenario.instruments.common import InstrumentClock, PresetTable, Sensor, points_somewhere
+from magsim.scenario.base import NonNegative, Positive, PresetTable
+from magsim.scenario.instruments.common import InstrumentClock, Sensor, points_somewhere
 
 Heading = Annotated[float, Field(ge=-100.0, le=100.0)]
 
