@@ -54,6 +54,7 @@ def on_day(vehicle: V, number: int, day: int, air_c: float) -> V:
         "permanent": tuple(_worn(dipole, draws, day, air_c) for dipole in built.permanent)
         + tuple(_carried(part, built, draws(f"day/{day}/carried/{part.name}")) for part in built.carried),
         "hinged": tuple(_worn(dipole, draws, day, air_c) for dipole in built.hinged),
+        "controls": tuple(_worn(dipole, draws, day, air_c) for dipole in built.controls),
         "rotating": tuple(_worn(dipole, draws, day, air_c) for dipole in built.rotating),
         "carried": (),
         "coils": tuple(_coil(coil, air_c) for coil in built.coils),

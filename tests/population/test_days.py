@@ -11,7 +11,7 @@ from magsim.aircraft import Aircraft, load_aircraft, load_bird
 from magsim.population import DAY, MAGNETS, individual_of, on_day
 from magsim.population.days import walk
 from magsim.streams import stream
-from tests.support.populations import day_p_values
+from tests.support.populations import day_p_values, dipoles
 
 COLD_C, WARM_C = -10.0, 30.0
 
@@ -22,8 +22,7 @@ def third() -> Aircraft:
 
 
 def _moments(vehicle: Aircraft) -> dict[str, np.ndarray]:
-    parts = (*vehicle.magnetics.permanent, *vehicle.magnetics.hinged, *vehicle.magnetics.rotating)
-    return {dipole.name: np.array(dipole.moment_am2) for dipole in parts}
+    return {dipole.name: np.array(dipole.moment_am2) for dipole in dipoles(vehicle.magnetics)}
 
 
 def test_day_0_is_the_individual_as_built(third: Aircraft) -> None:
@@ -56,7 +55,7 @@ def test_remanence_walks_by_steps_of_the_stated_size() -> None:
 def test_part_by_part_steel_walks_and_magnets_follow_the_temperature(third: Aircraft) -> None:
     built, cold, warm = _moments(third), *(_moments(on_day(third, 3, 4, air_c)) for air_c in (COLD_C, WARM_C))
     changes = []
-    for dipole in (*third.magnetics.permanent, *third.magnetics.hinged, *third.magnetics.rotating):
+    for dipole in dipoles(third.magnetics):
         name = dipole.name
         if dipole.magnet:
             per_k = MAGNETS[dipole.magnet][0]

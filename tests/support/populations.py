@@ -12,7 +12,7 @@ from magsim.population import DAY, INDIVIDUAL, on_day
 
 def dipoles(magnetics: Magnetics, kind: str | None = None) -> list[Dipole]:
     """Return all moments, or those of a kind."""
-    every = [*magnetics.permanent, *magnetics.hinged, *magnetics.rotating]
+    every = [*magnetics.permanent, *magnetics.hinged, *magnetics.controls, *magnetics.rotating]
     return [dipole for dipole in every if kind in (None, dipole.kind)]
 
 
