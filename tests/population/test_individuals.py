@@ -38,7 +38,7 @@ def test_an_individual_is_the_same_whatever_was_drawn_before(cessna: Aircraft, f
 def test_a_part_more_changes_no_other(cessna: Aircraft, fleet: list[Aircraft]) -> None:
     """Each part draws from a stream of its name."""
     few = {"permanent": cessna.magnetics.permanent[3:], "feeders": cessna.magnetics.feeders[:2]}
-    fewer = cessna.magnetics.model_copy(update=few | {"suspensions": {}, "buses": ()})
+    fewer = cessna.magnetics.model_copy(update=few | {"buses": ()})
     one = individual_of(replace(cessna, magnetics=fewer), 7).magnetics
     whole = fleet[6].magnetics
     assert one.permanent == whole.permanent[3:]
@@ -114,6 +114,6 @@ def test_a_type_whose_scatter_breaks_its_own_rules_is_refused(cessna: Aircraft) 
         for k, side in enumerate([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)])
     ]
     assert mount.position_m == (0.0, 0.0, 0.0)
-    crowded = cessna.magnetics.model_copy(update={"permanent": tuple(spots), "suspensions": {}})
+    crowded = cessna.magnetics.model_copy(update={"permanent": tuple(spots)})
     with pytest.raises(RequestError, match=r"no individual 1 of c208b can be built: .*cabin_center"):
         individual_of(replace(cessna, magnetics=crowded), 1)

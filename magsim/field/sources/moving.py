@@ -63,14 +63,29 @@ class LinkedDipole:
         fixed = axis * np.dot(axis, vector)
         return fixed + np.cos(angle) * (vector - fixed) + np.sin(angle) * np.cross(axis, vector)
 
+    def _pose(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return place and moment, (n, 3) each."""
+        position = self.turn_point + self._turned(self.position - self.turn_point) + self.angle[:, None] * self.travel
+        return position, self._turned(self.moment)
+
     def along(self, places: np.ndarray) -> np.ndarray:
         """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
-        position = self.turn_point + self._turned(self.position - self.turn_point) + self.angle[:, None] * self.travel
-        return dipole_field(position[:, None], self._turned(self.moment)[:, None], places)
+        position, moment = self._pose()
+        return dipole_field(position[:, None], moment[:, None], places)
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]."""
-        return self.along(np.asarray(points)[None])
+        position, moment = (np.ascontiguousarray(part.T) for part in self._pose())
+        out = np.empty((len(self.angle), len(points), 3))
+        for s, point in enumerate(points):
+            # ``dipole_field`` component by component, which is several times as fast.
+            ray = [x - place for x, place in zip(point, position, strict=True)]
+            inverse = 1.0 / (ray[0] ** 2 + ray[1] ** 2 + ray[2] ** 2)
+            cubed = SCALE * inverse * np.sqrt(inverse)
+            radial = 3.0 * cubed * inverse * (moment[0] * ray[0] + moment[1] * ray[1] + moment[2] * ray[2])
+            for i in range(3):
+                out[:, s, i] = radial * ray[i] - cubed * moment[i]
+        return out
 
     def gains(self, points: np.ndarray) -> np.ndarray:
         """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, 3) [nT].
@@ -109,14 +124,11 @@ class HangingDipole:
         return moved - dipole_field(self.position, self.moment, places)
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the change at fixed points (s, 3) [m], (n, s, 3) [nT]."""
-        return self.along(np.asarray(points)[None])
+        """Return the change at fixed points (s, 3) [m], (n, s, 3) [nT]; to first order in the way over the distance."""
+        return np.einsum("sic,nc->nsi", self.gains(points), self.way)
 
     def gains(self, points: np.ndarray) -> np.ndarray:
-        """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, 3) [nT/m].
-
-        To first order: as far as the way is small against the distance.
-        """
+        """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, 3) [nT/m]."""
         return -dipole_gradient(self.position, self.moment, points)
 
     @property
