@@ -225,10 +225,14 @@ TRUE_GROUND = Family("true_ground_m", "truth", "m", "", "Height of the ground be
 TRUE_WIND = Family(
     "true_wind_{direction}_mps", "truth", "m/s", "n", "Velocity of the air over ground, turbulence included: n, e, d"
 )
-TRUE_CURRENT = Family("true_cur_{feeder}_a", "truth", "A", "", "True current of a feeder")
-TRUE_VOLTAGE = Family("true_vol_{bus}_v", "truth", "V", "", "True voltage of a bus")
+TRUE_CURRENT = Family("true_cur_{feeder}_a", "truth", "A", "", "True current of a feeder, anti-alias filtered")
+TRUE_VOLTAGE = Family("true_vol_{bus}_v", "truth", "V", "", "True voltage of a bus, anti-alias filtered")
 TRUE_SURFACE = Family(
-    "true_surface_{surface}_deg", "truth", "deg", "", "True deflection of a control surface about its hinge"
+    "true_surface_{surface}_deg",
+    "truth",
+    "deg",
+    "",
+    "True deflection of a control surface about its hinge, anti-alias filtered",
 )
 
 CARRIER_ATTITUDE = Family(
