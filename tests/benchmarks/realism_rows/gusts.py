@@ -5,6 +5,7 @@ over severities and components, at 3000 m and 120 m above ground at sea level an
 ``low_heights_difference``: of the two low ones, the largest over severities and components.
 ``gust_spread_over_courses_mps``: one seed on 16 courses in still air and in wind from west, east and south; the largest
 difference of a row's gust from the mean of all flights, along and across the course through the steady wind, and down.
+``line_roll_rms_deg``: roll on a straight line in light air, as surveys and calibrations are shipped, at 3000 and 160 m.
 """
 
 from collections.abc import Sequence
@@ -17,8 +18,9 @@ from magsim.flight.model.dryden import Strength
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.weather import Weather
+from magsim.loading import load_scenario
 from magsim.planning import FlyableScenario
-from tests.benchmarks.rows import Row, at_least, at_most
+from tests.benchmarks.rows import Row, at_least, at_most, within
 
 SETTLED_S, SECONDS = 10.0, 180.0
 PLACES = {"3000m": (3000.0, 0.0), "120m_sea": (120.0, 0.0), "120m_plateau": (1620.0, 1500.0)}
@@ -26,6 +28,8 @@ PLACES = {"3000m": (3000.0, 0.0), "120m_sea": (120.0, 0.0), "120m_plateau": (162
 
 WINDS_MPS = ((0.0, 0.0), (0.0, 8.0), (0.0, -8.0), (8.0, 0.0))
 """To north and east."""
+
+LINE = ("pattern.maneuvers=[]", "pattern.leg_m=20000")
 
 COURSES_DEG = np.arange(16) * 22.5
 
@@ -67,6 +71,15 @@ def line_gusts(
     return np.column_stack([along, across, gust_n[:, 2]])
 
 
+def roll_rms_deg(alt_m: float) -> float:
+    """Roll on a straight line in the calibration flight's air."""
+    light = load_scenario("calibration_c208b").scenario.air.turbulence_mps
+    loaded = load_scenario("patterns/straight", (*LINE, f"start.alt_m={alt_m}", f"air.turbulence_mps={light}"))
+    flight = fly(loaded.scenario, loaded.aircraft)
+    roll = flight.carrier.at(np.arange(0.0, flight.duration_s, 0.1)).attitude[:, 0]
+    return float(np.degrees(roll.std()))
+
+
 def spread(gusts: np.ndarray) -> float:
     """Largest difference from the mean over flights, (flights, n, 3)."""
     return float(np.abs(gusts - gusts.mean(axis=0)).max())
@@ -91,4 +104,5 @@ def rows() -> list[Row]:
         *(at_least(f"severity_growth_min_{place}", value, "1", 1.1) for place, value in growth.items()),
         at_most("low_heights_difference", float(low), "1", 0.1),
         at_most("gust_spread_over_courses_mps", spread(np.array(courses)), "m/s", 0.01),
+        *(within(f"line_roll_rms_deg_{alt:g}m", roll_rms_deg(alt), "deg", 0.5, 1.5) for alt in (160.0, 3000.0)),
     ]

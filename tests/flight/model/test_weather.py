@@ -22,6 +22,7 @@ from magsim.flight.pilot.gusts import GustSchedule
 from magsim.scenario import Air, Gust, LinearShear, LogShear, RandomGusts, Scenario
 from magsim.trajectory import Flight
 from magsim.units import FT
+from tests.benchmarks.realism_rows.gusts import roll_rms_deg
 from tests.support.paths import ROOT
 
 ScenarioOf = Callable[..., Scenario]
@@ -202,6 +203,11 @@ def test_air_that_turns_takes_the_aircraft_along(cessna: Aircraft) -> None:
         assert rate(axis, 0.05) - rate(axis, 0.0) > 0.003
     # Roll follows the air within its time constant of 0.25 s.
     assert rate("p", 0.05) - rate("p", 0.0) == pytest.approx(0.05 * (1.0 - math.exp(-0.2 / 0.25)), rel=0.2)
+
+
+@pytest.mark.parametrize("alt_m", [160.0, 3000.0])
+def test_light_air_rolls_the_aircraft_on_its_line(alt_m: float) -> None:
+    assert 0.5 < roll_rms_deg(alt_m) < 1.5
 
 
 def test_random_gusts_follow_the_settings() -> None:
