@@ -25,6 +25,9 @@ FOOT_M = 0.2
 WIND_S = 6.0
 """Time over which the wind is smoothed."""
 
+STILL = (0.0, 0.0)
+"""Wind before it has been estimated."""
+
 QUIET_GAIN, QUIET_OMEGA = 0.5, 0.2
 """The course loop during a roll train: at most this part of its gain, and of the train's angular frequency."""
 
@@ -121,9 +124,19 @@ class Guidance:
         Where on the first element the flight begins; negative is before it.
     most_bank : float
         Bank [rad] to which corrections are held, so that they keep clear of the stall.
+    gusty : bool
+        Whether the air is turbulent.
     """
 
-    def __init__(self, path: Sequence[Element], facts: Facts, along_m: float, most_bank: float = math.inf) -> None:
+    def __init__(
+        self,
+        path: Sequence[Element],
+        facts: Facts,
+        along_m: float,
+        most_bank: float = math.inf,
+        *,
+        gusty: bool = False,
+    ) -> None:
         gains = facts.autopilot
         self._path = path
         self._course_gain = gains.course.value
@@ -138,7 +151,9 @@ class Guidance:
         self._quiet, self._yaw, self._banked = _Fade(0.0), _Fade(0.0), _Fade(0.0)
         self._quiet_bank = 0.0
         self._height_fade_s = FADE_S
-        self._wind = (0.0, 0.0)
+        self._wind: tuple[float, float] | None = None
+        self._gusty = gusty
+        self._steady = _Fade(float(gusty))
         self._roll_course, self._roll_off_m = 0.0, 0.0
         self._off_m = self._v_down = 0.0
         self._place = path[0].at(along_m)
@@ -175,9 +190,10 @@ class Guidance:
             self._hold_yaw(speed, motion, max(train.stop_s + train.ease_out_s for train in trains) - time_s)
         else:
             self._held_goal = None
-        if not axes:
-            self._estimate_wind(motion)
         lead = self._lead_bank(speed, motion)
+        self._steady.move(self._gusty and lead == 0.0 and self._place.curvature == 0.0)
+        if not axes and (self._steady.share == 1.0 or not self._gusty):
+            self._estimate_wind(motion)
         heading = self._free_heading(speed, motion, lead)
         if self._yaw.share:
             # The banked lift of a roll train changes the course, slowly too under a pitch train; the heading must not
@@ -203,10 +219,19 @@ class Guidance:
         self._banked.move("roll" in axes)
 
     def _free_heading(self, speed: float, motion: GuidanceInput, lead: float) -> float:
-        """Return the heading [rad] of the next tick that leads back to the path."""
+        """Return the heading [rad] of the next tick that leads back to the path.
+
+        It is the heading flown and what the course lacks. On the straights of a flight in gusts it is that of the
+        course in the mean wind, as crews and autopilots hold a heading: gusts swing the nose, and the bank answers.
+        """
         error = self._course_error(speed, motion, self._line_s)
         most = max(LEAST_BANK, self._most_bank - abs(lead)) * G0 / (self._course_gain * motion.airspeed)
-        return motion.heading + max(-most, min(most, error)) + speed * self._place.curvature / TICK_HZ
+        error = max(-most, min(most, error))
+        if self._steady.share:
+            course = math.atan2(motion.v_east, motion.v_north) + error
+            swing = wrap(crab_heading(motion.airspeed, course, self._wind or STILL) - motion.heading - error)
+            error += self._steady.share * max(-most, min(most, swing))
+        return motion.heading + error + speed * self._place.curvature / TICK_HZ
 
     def _steer_quietly(self, speed: float, motion: GuidanceInput, rolls: Sequence[SineTrain]) -> None:
         """Set the bank of the course loop during a roll train: slow beside the train, blind to the course it makes."""
@@ -220,19 +245,20 @@ class Guidance:
         if self._held_goal is None:
             error = self._course_error(speed, motion, max(self._line_s, lasts_s))
             course = math.atan2(motion.v_east, motion.v_north) + error
-            self._held_goal = crab_heading(motion.airspeed, course, self._wind), course
+            self._held_goal = crab_heading(motion.airspeed, course, self._wind or STILL), course
             if not self._yaw.share:
                 self._held, self._held_course = self._held_goal
         heading, course = self._held_goal
         self._held, self._held_course = _settled(self._held, heading), _settled(self._held_course, course)
 
     def _estimate_wind(self, motion: GuidanceInput) -> None:
-        """Estimate the wind as the smoothed difference of ground and air velocity; not during maneuvers."""
+        """Estimate the wind as the smoothed difference of ground and air velocity, where no maneuver is flown."""
         heading = motion.heading
         north = motion.v_north - motion.airspeed * math.cos(heading)
         east = motion.v_east - motion.airspeed * math.sin(heading)
+        old_north, old_east = self._wind or (north, east)
         part = 1.0 / (WIND_S * TICK_HZ)
-        self._wind = self._wind[0] + part * (north - self._wind[0]), self._wind[1] + part * (east - self._wind[1])
+        self._wind = old_north + part * (north - old_north), old_east + part * (east - old_east)
 
     def _follow_roll(self, time_s: float, speed: float, trains: Sequence[SineTrain], lifted: float) -> None:
         """Integrate course and distance from the path that a roll train causes: turn rate g tan(bank) / V.

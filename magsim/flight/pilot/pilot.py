@@ -115,7 +115,8 @@ class Pilot:
         self.plant = Plant(facts, setup, coupled)
         highest_m = setup.alt_m if heights is None else float(heights.height_m.max())
         most_bank = bank_below_stall(facts, setup.speed_mps, float(standard_density(highest_m)), LIFT_PART)
-        self.guidance = Guidance(path, facts, along_m, most_bank)
+        gusty = setup.weather.turbulence is not None
+        self.guidance = Guidance(path, facts, along_m, most_bank, gusty=gusty)
         self.trains: list[SineTrain] = list(trains)
         self._swings = SwingCommands()
         self._swings.add(trains, response[0])
