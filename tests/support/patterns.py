@@ -20,8 +20,8 @@ USUAL = {"c208b": (75.0, 3000.0), "uav": (25.0, 100.0)}
 _KINDS = ("box", "cloverleaf", "diamond", "drape", "fom", "fom_peak_to_peak", "heading_cross", "sequence", "straight")
 SHARED = tuple(f"patterns/{name}" for name in (*_KINDS, "survey"))
 SHIPPED = {
-    "c208b": (*SHARED, "calibration_c208b_cloverleaf", "electronics_c208b"),
-    "uav": (*SHARED, "papers/001_fom"),
+    "c208b": (*SHARED, "calibration_c208b_cloverleaf", "crew_c208b", "electronics_c208b"),
+    "uav": (*SHARED, "crew_c208b", "papers/001_fom"),
 }
 """Scenarios by whose patterns an aircraft is flown; ``electronics_c208b`` is ``calibration_c208b`` with flaps."""
 
@@ -89,13 +89,14 @@ class Joints:
 
     A maneuver reaches from the beginning of its rise to the end of its fall. ``where_s`` is the time of each largest
     demand outside. ``joint_power`` is that of the pitch rate [deg^2/s] on the legs outside of all maneuvers, in the
-    three seconds after each pitch train; ``power`` is all of it there.
+    three seconds after each pitch train, ``joint_s`` the time of these rows; ``power`` is all of it on the legs.
     """
 
     outside: Demands
     inside: Demands
     where_s: Demands
     joint_power: float
+    joint_s: float
     power: float
 
     @classmethod
@@ -119,6 +120,7 @@ class Joints:
             {name: float(values[within].max(initial=0.0)) for name, values in demands.items()},
             {name: float(time[np.where(out, values, -1.0).argmax()]) for name, values in demands.items()},
             float(power[joint].sum()),
+            float((out & legs & joint).sum()) / STEP_HZ,
             float(power.sum()),
         )
 

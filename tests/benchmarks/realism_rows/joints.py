@@ -10,12 +10,15 @@ turns, climbs of drapes and moving flaps. Patterns without maneuvers, or with sm
 ``joint_X_over_own_maneuver`` is the worst of single patterns, where turns of 25 degrees of bank stand beside the roll
 of 5 degrees in 10 s of ``fom_peak_to_peak``.
 
-``pitch_power_in_joints``: share of the pitch rate's power outside of maneuvers, on the legs of all patterns, that lies
-in the three seconds after each pitch train.
+``pitch_power_in_joints``: share of the pitch rate's power outside of maneuvers on the legs that lies in the three
+seconds after each pitch train, over the patterns where such rows exist: in most the next train rises meanwhile.
+``pitch_rate_in_joints_dps`` is the rms in these rows. In calm air next to nothing else is left outside of maneuvers, so
+the share falls more slowly than the power itself.
 ``rate_bias_in_turns_dps``: mean of ``true_rate_*`` at the rows of steady turns less the rotation from row to row;
 ``aileron_bias_in_turns_deg``: mean of the aileron at these rows less its mean over all steps.
 """
 
+import math
 from functools import cache
 
 from magsim.trajectory import Flight
@@ -37,10 +40,15 @@ def ratios(aircraft: str) -> tuple[dict[str, float], dict[str, float]]:
     return most, worst
 
 
-def pitch_power(aircraft: str) -> tuple[float, float]:
-    """Power of the pitch rate outside of maneuvers [deg^2/s]: in joints, and all of it."""
-    joints = [Joints.of(flight) for flight in flights(aircraft).values()]
-    return sum(j.joint_power for j in joints), sum(j.power for j in joints)
+def pitch_rows(aircraft: str) -> list[Row]:
+    """Figures of the pitch rate after pitch trains."""
+    joints = [j for flight in flights(aircraft).values() if (j := Joints.of(flight)).joint_s > 0.0]
+    power, time_s, total = (sum(getattr(j, name) for j in joints) for name in ("joint_power", "joint_s", "power"))
+    of = "" if aircraft == "c208b" else f"_{aircraft}"
+    return [
+        at_most(f"pitch_power_in_joints{of}", power / total, "1", 0.1),
+        stated(f"pitch_rate_in_joints{of}_dps", math.sqrt(power / time_s), "deg/s"),
+    ]
 
 
 def rows() -> list[Row]:
@@ -49,9 +57,7 @@ def rows() -> list[Row]:
     out = [at_most(f"joint_{x}_over_maneuver", max(ratio[x] for ratio in most), "1", 1.0) for x in RATES]
     out += [stated(f"joint_{x}_over_own_maneuver", max(ratio[x] for ratio in worst), "1") for x in RATES]
     for aircraft in SHIPPED:
-        joint, total = pitch_power(aircraft)
-        name = f"pitch_power_in_joints{'' if aircraft == 'c208b' else '_uav'}"
-        out += [at_most(name, joint / total, "1", 0.1), stated(f"{name}_deg2ps", joint, "deg^2/s")]
+        out += pitch_rows(aircraft)
     biases = [rate_bias_in_turns(flight) for aircraft in SHIPPED for flight in flights(aircraft).values()]
     rate, aileron = (max(values) for values in zip(*biases, strict=True))
     return [
