@@ -14,7 +14,7 @@ from magsim.recording import Recording
 from magsim.scenario import RecordingSettings, ScalarSensor
 from magsim.sensors import Acquisition, Counter, MeasuredFlight, read_instruments
 from magsim.simulation.loads import times_on
-from magsim.trajectory import Flight
+from magsim.trajectory import Flight, ManeuverFlown
 from magsim.truth import FieldTruth
 
 SCHEMA = 1
@@ -125,12 +125,18 @@ def _meta(
         "main_field": scenario.field.earth.description,
         "simulation_rate_hz": flight.simulation_rate_hz,
         "filter": acquisition.decimator.description,
-        "maneuvers": [asdict(flown) | {"off_axis_deg": list(flown.off_axis_deg)} for flown in flight.maneuvers],
+        "maneuvers": [_plain(flown) for flown in flight.maneuvers],
         "notes": dict(flight.notes),
         **({"counters": counters} if counters else {}),
         **({"dead_zones": dead_zones} if dead_zones else {}),
         **({"times_on": loads} if loads else {}),
     }
+
+
+def _plain(flown: ManeuverFlown) -> dict[str, object]:
+    """Return a maneuver as plain tables and lists."""
+    lists = {"off_axis_deg": list(flown.off_axis_deg), "scattered": [asdict(cycle) for cycle in flown.scattered]}
+    return asdict(flown) | lists
 
 
 def _dead_zones(sensor: ScalarSensor) -> dict[str, object]:

@@ -1,5 +1,6 @@
 """Maneuvers as crews fly them: every cycle as it was drawn, and what is recorded of it."""
 
+import json
 import math
 from collections.abc import Callable
 
@@ -11,11 +12,13 @@ from magsim.aircraft import Aircraft
 from magsim.flight import fly
 from magsim.loading import load_scenario
 from magsim.scenario import Scenario, Train
+from magsim.simulation import simulate
 from magsim.trajectory import Flight
 from magsim.units import G0
 
 ScenarioOf = Callable[..., Scenario]
 CREW = {"kind": "straight", "leg_m": 9_000.0, "preset": "crew"}
+BARE = "field={induced={enabled=false}, memory={enabled=false}, eddy={enabled=false}}"
 RANGES = {"roll": (5.0, 10.0), "pitch": (2.5, 5.0), "yaw": (2.5, 5.0)}
 
 
@@ -84,6 +87,19 @@ def test_some_roll_goes_with_the_yaw(flight: Flight, cessna: Aircraft, scenario_
     # The difference is the part of the yaw that is asked for.
     asked = max(cycle.asked_deg for cycle in flight.maneuvers[2].scattered)
     assert 0.5 * np.ptp(rolls[0] - rolls[1]) == pytest.approx(0.3 * asked, rel=0.25)
+
+
+def test_what_was_asked_of_each_cycle_is_recorded() -> None:
+    short = "pattern={kind='straight', leg_m=4000.0, preset='crew', maneuvers=[{axis='roll', amplitude_deg=8.0, "
+    short += "period_s=6.0, amplitude_scatter=0.15, period_scatter=0.1}]}"
+    recording = simulate(load_scenario("crew_c208b", overrides=[short, "recording={train_circuits=[]}", BARE]))
+    (train,) = recording.meta["maneuvers"]
+    assert json.loads(json.dumps(train)) == train
+    assert [sorted(cycle) for cycle in train["scattered"]] == [["asked_deg", "flown_deg", "period_s", "start_s"]] * 3
+    first = train["scattered"][1]["start_s"]
+    rows = recording["cycle"][(recording.time_s > first - 0.05) & (recording.time_s < first + 0.3)]
+    assert set(rows) <= {1.0, 2.0}
+    assert rows[-1] == 2.0
 
 
 def test_the_seed_draws_the_cycles(flight: Flight, cessna: Aircraft, scenario_of: ScenarioOf) -> None:
