@@ -11,8 +11,8 @@ from magsim.experiments import demo
 from magsim.recording import Recording
 from magsim.simulation import simulate
 
-STEPS = {MagTCNCompensator: 200, BPCompensator: 400}
-"""Training steps of the networks here: a fifth of the demo's own."""
+STEPS = {MagTCNCompensator: 400, BPCompensator: 400}
+"""Training steps of the networks here, fewer than the demo's own 1000 and 2000."""
 
 FLOWN: dict[str, Recording] = {}
 """The flight of the first demo."""
