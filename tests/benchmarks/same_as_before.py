@@ -2,8 +2,10 @@
 
     python tests/benchmarks/same_as_before.py [--json] [--only NAME,NAME]
 
-flies every shipped scenario with both states of the code, each in its own process, and compares every column bit for
-bit. Then it fits and judges methods with both: closed forms must agree within 1e-9 relative, networks bit for bit.
+flies every scenario that was shipped then with that commit and with the one that ended the rebuilding of the judging
+half (``before.REBUILT``; since then flights have changed on purpose), each in its own process, and compares every
+column bit for bit. Then it fits and judges methods on the recordings of the first, with its code and with the present
+one: closed forms must agree within 1e-9 relative, networks bit for bit.
 
 Since that commit, training and validation rows that touch are joined, and a test piece keeps what was flown before it.
 For the comparison the recordings are cut where the old code cut them, so that both learn from the same rows; the rows
@@ -17,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 
-from magsim import assets
 from magsim.recording import Recording
 from tests.benchmarks.rows import Row, at_most, finish, stated
 from tests.support import before
@@ -114,11 +115,12 @@ def changed_scores(old: Scores, new: Scores) -> list[Key]:
 def recordings_rows(tree: Path, names: list[str], folder: Path) -> list[Row]:
     """Fly scenarios with both states and count the recordings with a changed column."""
     fly(tree, names, folder / "before")
-    fly(ROOT, names, folder / "now")
+    with before.laid_out(before.REBUILT) as rebuilt:
+        fly(rebuilt, names, folder / "rebuilt")
     changed = 0
     for name in names:
         file = name.replace("/", "__") + ".h5"
-        old, new = (Recording.read(folder / side / file) for side in ("before", "now"))
+        old, new = (Recording.read(folder / side / file) for side in ("before", "rebuilt"))
         columns = changed_columns(old, new)
         changed += bool(columns)
         if columns:
@@ -153,8 +155,9 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else on stdout")
     parser.add_argument("--only", help="scenarios by comma, whose recordings alone are compared")
     arguments = parser.parse_args()
-    names = arguments.only.split(",") if arguments.only else list(assets.list_scenarios())
     with before.laid_out() as tree, tempfile.TemporaryDirectory() as temporary:
+        shipped = before.run(tree, "import json; from magsim import assets; print(json.dumps(assets.list_scenarios()))")
+        names = arguments.only.split(",") if arguments.only else shipped
         folder = Path(temporary)
         rows = recordings_rows(tree, names, folder)
         if not arguments.only:

@@ -14,6 +14,8 @@ of 5 degrees in 10 s of ``fom_peak_to_peak``.
 seconds after each pitch train, over the patterns where such rows exist: in most the next train rises meanwhile.
 ``pitch_rate_in_joints_dps`` is the rms in these rows. In calm air next to nothing else is left outside of maneuvers, so
 the share falls more slowly than the power itself.
+``pitch_power_in_joints_as_shipped``: the same share in ``calibration_c208b`` in its light air. There the roll train
+rises in these seconds, so only pitch trains, with their rise and fall, and the whole cycles of others are left out.
 ``rate_bias_in_turns_dps``: mean of ``true_rate_*`` at the rows of steady turns less the rotation from row to row;
 ``aileron_bias_in_turns_deg``: mean of the aileron at these rows less its mean over all steps.
 """
@@ -21,9 +23,13 @@ the share falls more slowly than the power itself.
 import math
 from functools import cache
 
+import numpy as np
+
+from magsim.flight import fly
+from magsim.loading import load_scenario
 from magsim.trajectory import Flight
 from tests.benchmarks.rows import Row, at_most, stated
-from tests.support.patterns import RATES, SHIPPED, Joints, flown, rate_bias_in_turns, shipped
+from tests.support.patterns import AFTER_S, RATES, SHIPPED, Joints, flown, rate_bias_in_turns, shipped
 
 
 @cache
@@ -51,6 +57,24 @@ def pitch_rows(aircraft: str) -> list[Row]:
     ]
 
 
+def share_as_shipped() -> float:
+    """Share of the pitch rate's power on the legs that lies in the three seconds after each pitch train."""
+    loaded = load_scenario("calibration_c208b")
+    flight = fly(loaded.scenario, loaded.aircraft)
+    time = flight.carrier.time_s
+    joint, left, legs = (np.zeros(len(time), dtype=bool) for _ in range(3))
+    for maneuver in flight.maneuvers:
+        eased = maneuver.axis == "pitch"
+        ended = maneuver.stop_s + eased * maneuver.ease_out_s
+        left |= (time >= maneuver.start_s - eased * maneuver.ease_in_s) & (time <= ended)
+        if eased:
+            joint |= (time > ended) & (time <= ended + AFTER_S)
+    for segment in flight.segments:
+        legs |= (time >= segment.start_s) & (time <= segment.stop_s) & (not segment.turn)
+    power = flight.carrier.rate_b[:, 1] ** 2 * (legs & ~left)
+    return float(power[joint].sum() / power.sum())
+
+
 def rows() -> list[Row]:
     """All figures of joints and turns."""
     most, worst = zip(*(ratios(aircraft) for aircraft in SHIPPED), strict=True)
@@ -58,6 +82,7 @@ def rows() -> list[Row]:
     out += [stated(f"joint_{x}_over_own_maneuver", max(ratio[x] for ratio in worst), "1") for x in RATES]
     for aircraft in SHIPPED:
         out += pitch_rows(aircraft)
+    out.append(at_most("pitch_power_in_joints_as_shipped", share_as_shipped(), "1", 0.1))
     biases = [rate_bias_in_turns(flight) for aircraft in SHIPPED for flight in flights(aircraft).values()]
     rate, aileron = (max(values) for values in zip(*biases, strict=True))
     return [
