@@ -52,6 +52,18 @@ def _amplitudes(loaded: LoadedScenario) -> list[float]:
     return [min(swings), max(swings)]
 
 
+def _by_hand(loaded: LoadedScenario) -> list[float]:
+    """Amplitudes of roll, and of pitch and yaw [deg], periods [s], load factors [g], scatter of both [%]."""
+    trains = loaded.scenario.pattern.maneuvers
+    rolls = [value for train in trains if train.axis == "roll" for value in train.amplitude_deg]
+    others = [value for train in trains if train.axis != "roll" for value in train.amplitude_deg]
+    periods = [value for train in trains for value in train.period_s]
+    ends = [end(values) for values in (rolls, others, periods) for end in (min, max)]
+    (amplitude,) = {train.amplitude_scatter for train in trains}
+    (period,) = {train.period_scatter for train in trains}
+    return [*ends, *loaded.aircraft.limits.crew_load_factor.value, 100.0 * amplitude, 100.0 * period]
+
+
 def _rope_and_mass(loaded: LoadedScenario) -> tuple[float, float]:
     chain = chain_of(loaded.scenario.tow, loaded.bird)
     return chain.body.mass_kg, chain.rope.length_m
@@ -152,6 +164,11 @@ QUOTES = (
     Quote(
         r"rolls of \+-(\S+), pitches and yaws of \+-(\S+) degrees, three of each, (\S+) s each",
         lambda s: (_fom(s)[0], _fom(s)[1], _fom(s)[3]),
+    ),
+    Quote(
+        r"Rolls of (\S+) to (\S+), pitches and yaws of (\S+) to (\S+) degrees in (\S+) to (\S+) s, within (\S+) to "
+        r"(\S+) g; the amplitude scatters by (\S+), the period by (\S+) percent",
+        _by_hand,
     ),
     # air and ground
     Quote(r"(?:severity |^)(\d) to (\d)(?:$|, see)", _severities),
