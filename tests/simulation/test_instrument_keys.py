@@ -172,7 +172,8 @@ MODELS = {
     "electrical": (scenario.Electrical, CHANGES["electrical"]),
     "surfaces": (scenario.Surfaces, CHANGES["surfaces"]),
 }
-NO_ERRORS = {"name", "mount", "body", "preset", "lat_deg", "lon_deg", "north_m", "east_m"}
+NO_ERRORS = {"name", "mount", "body", "preset", "lat_deg", "lon_deg", "north_m", "east_m", "refit"}
+"""Keys that bring no error of their own; a refit turns what the population sets, before anything is simulated."""
 
 
 @cache
