@@ -69,9 +69,11 @@ def _plain(section: TitledTable) -> str:
 
 
 def _flights(recordings: Sequence["Recording"]) -> TitledTable:
+    drawn = [key for key in ("individual", "day") if any(recording.meta.get(key) for recording in recordings)]
     rows = tuple(
         (
             recording.name,
+            *(_word(recording.meta.get(key, "-")) for key in drawn),
             str(len(recording)),
             f"{recording.rate_hz:.4g}",
             f"{recording.time_s[-1] - recording.time_s[0]:.1f}",
@@ -81,7 +83,7 @@ def _flights(recordings: Sequence["Recording"]) -> TitledTable:
         )
         for recording in recordings
     )
-    header = ("flight", "rows", "rate Hz", "duration s", "scalar sensors", "fluxgates", "start UTC")
+    header = ("flight", *drawn, "rows", "rate Hz", "duration s", "scalar sensors", "fluxgates", "start UTC")
     return TitledTable("Flights" if len(rows) > 1 else "Flight", header, rows)
 
 

@@ -123,6 +123,9 @@ def _cells(recording: Recording) -> tuple[np.ndarray, list[np.ndarray]]:
     if columns.TURN.pattern in recording:
         mask &= recording[columns.TURN.pattern] == 0
     rows = np.flatnonzero(mask)
+    if not rows.size:
+        msg = f"no maneuver of recording {recording.name!r} is on a leg, {signals.EDGE_S:g} s off the flight's ends"
+        raise RequestError(msg + "; allowed: a longer flight, such as patterns/fom")
     found = cells({name: values[rows] for name, values in recording.data.items()})
     return rows, [np.flatnonzero(cell.rows) for cell in found]
 

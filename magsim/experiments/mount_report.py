@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from magsim import plots
+from magsim import columns, plots
 from magsim.aircraft import Aircraft
 from magsim.aircraft.magnetics import DIPOLE_CLEARANCE_M
 from magsim.errors import RequestError
@@ -20,6 +20,7 @@ from magsim.experiments.mount_map import Prediction, predict
 from magsim.field import obstacles, outline
 from magsim.field.geometry import TriangleMesh
 from magsim.loading import load_scenario
+from magsim.population import aircraft_of
 from magsim.recording import Recording
 from magsim.simulation import simulate
 from magsim.storage import atomic_write
@@ -162,6 +163,35 @@ def flight_of(aircraft: Aircraft, name_or_file: str | None) -> Recording:
     if Path(wanted).suffix.lower() in {".h5", ".hdf5"}:
         return Recording.read(wanted)
     return simulate(load_scenario(wanted, aircraft=aircraft))
+
+
+def flown_aircraft(aircraft: Aircraft, recording: Recording) -> Aircraft:
+    """Return the individual of an aircraft that flew a recording, on its day.
+
+    The temperature of the air is that at the first row; a recording of another aircraft leaves this one as it is.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        The type.
+    recording : Recording
+        Its provenance names aircraft, individual and day; where it does not, the type itself is meant.
+
+    Raises
+    ------
+    RequestError
+        If no such individual can be built.
+    """
+    number, day = (_whole(recording.meta.get(key)) for key in ("individual", "day"))
+    if recording.meta.get("aircraft") != aircraft.name or not (number or day):
+        return aircraft
+    heights = (columns.TRUE_ALTITUDE.pattern, columns.INS_ALTITUDE.pattern)
+    alt_m = next((float(recording[name][0]) for name in heights if name in recording), 0.0)
+    return aircraft_of(aircraft, number, day, alt_m)
+
+
+def _whole(value: object) -> int:
+    return value if isinstance(value, int) else 0
 
 
 def make_map(aircraft: Aircraft, recording: Recording, *, spacing_m: float | None = None) -> MountMap:

@@ -5,8 +5,8 @@ seed: individual 7 is the same aircraft in every scenario, and its day 3 the sam
 """
 
 from magsim.population.days import on_day
-from magsim.population.flown import what_is_flown
+from magsim.population.flown import aircraft_of, what_is_flown
 from magsim.population.individuals import individual_of
 from magsim.population.spreads import DAY, INDIVIDUAL, MAGNETS, Spread
 
-__all__ = ["DAY", "INDIVIDUAL", "MAGNETS", "Spread", "individual_of", "on_day", "what_is_flown"]
+__all__ = ["DAY", "INDIVIDUAL", "MAGNETS", "Spread", "aircraft_of", "individual_of", "on_day", "what_is_flown"]

@@ -44,10 +44,22 @@ def what_is_flown(
     fitted = refits(settings, draws)
     if fitted:
         settings = _changed(settings, fitted, aircraft, bird)
-    air_c = outside_c(draws, day, scenario.start.alt_m)
-    built = individual_of(aircraft, number)
+    alt_m = scenario.start.alt_m
+    air_c = outside_c(draws, day, alt_m)
     towed = None if bird is None else on_day(individual_of(bird, number), number, day, air_c)
-    return settings, on_day(built, number, day, air_c), towed
+    return settings, aircraft_of(aircraft, number, day, alt_m), towed
+
+
+def aircraft_of(aircraft: Aircraft, number: int, day: int, alt_m: float) -> Aircraft:
+    """Return an individual of a type on one of its days, in the air of a height [m].
+
+    Raises
+    ------
+    RequestError
+        If no individual can be built; the text names it.
+    """
+    air_c = outside_c(Draws(aircraft.name, number), day, alt_m)
+    return on_day(individual_of(aircraft, number), number, day, air_c)
 
 
 def _on_day(scenario: Scenario, aircraft: Aircraft, bird: Bird | None, draws: Draws) -> Scenario:

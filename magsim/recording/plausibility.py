@@ -136,7 +136,11 @@ def _loads(recording: Recording) -> Iterator[str]:
     for feeder, times in table.items() if isinstance(table, dict) else ():
         if isinstance(times, int) and times < LEAST_TIMES_ON:
             yield (
-                f"load {feeder} is on {times} times in training rows, and cannot be learned from fewer than "
+                f"load {feeder} is on {_times(times)} in training rows, and cannot be learned from fewer than "
                 f"{LEAST_TIMES_ON}; field.electronics.least_times_on = {LEAST_TIMES_ON} makes loads of kind duty cycle "
                 "faster, [[flight.flaps]] moves flaps"
             )
+
+
+def _times(count: int) -> str:
+    return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")

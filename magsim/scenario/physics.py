@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from magsim.aircraft.magnetics import Surface
-from magsim.config import Strict
+from magsim.config import Problems, Strict
 from magsim.scenario.base import FieldPart, NonNegative, aircraft_of
 from magsim.scenario.electronics import Electronics
 from magsim.scenario.geology import Crust, Target
@@ -40,9 +40,12 @@ class Earth(Strict):
     @field_validator("departure")
     @classmethod
     def _along_path(cls, value: Departure, info: ValidationInfo) -> Departure:
-        if info.data.get("along_path") is False and value.enabled:
-            msg = "enabled = true has no effect with along_path = false; allowed: along_path = true, or enabled = false"
-            raise ValueError(msg)
+        if info.data.get("along_path") is False:
+            for key, asked in (("enabled", value.enabled), ("scale", value.scale != 1.0), ("seed", value.seed != 0)):
+                if asked:
+                    setting = "enabled = true" if key == "enabled" else f"{getattr(value, key):g}"
+                    msg = f"{setting} has no effect with along_path = false"
+                    raise Problems((key, f"{msg}; allowed: along_path = true, or without this key"))
         return value
 
     @property

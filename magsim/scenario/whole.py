@@ -1,15 +1,15 @@
 """A whole scenario: one flight, complete."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
-from magsim.aircraft import KinematicFacts
+from magsim.aircraft import KinematicFacts, Vehicle
 from magsim.config import Problems, Strict
 from magsim.scenario.air import Air
-from magsim.scenario.base import aircraft_of
+from magsim.scenario.base import aircraft_of, bird_of
 from magsim.scenario.instruments import Sensors
 from magsim.scenario.patterns import (
     LEGS,
@@ -103,6 +103,15 @@ class Scenario(Strict):
             )
         return flight
 
+    @field_validator("field")
+    @classmethod
+    def _moves(cls, field: FieldSettings, info: ValidationInfo) -> FieldSettings:
+        vehicles = [vehicle for vehicle in (aircraft_of(info), bird_of(info)) if vehicle]
+        found = [*_check_moving(field, vehicles)] if vehicles else []
+        if found:
+            raise Problems(*found)
+        return field
+
     @field_validator("sensors")
     @classmethod
     def _ground_is_given(cls, sensors: Sensors, info: ValidationInfo) -> Sensors:
@@ -124,6 +133,19 @@ class Scenario(Strict):
         if found:
             raise Problems(*found)
         return recording
+
+
+def _check_moving(field: FieldSettings, vehicles: Sequence[Vehicle]) -> Iterator[tuple[str, str]]:
+    """Yield the problems of parts that are asked for and that no vehicle has: key and text."""
+    magnetics = [vehicle.magnetics for vehicle in vehicles]
+    for name, what, exists in (
+        ("flex", "mount with flex", any(mount.flex for m in magnetics for mount in m.mounts.values())),
+        ("controls", "[[controls]]", any(m.controls for m in magnetics)),
+        ("suspension", "dipole with a suspension", any(d.suspension for m in magnetics for d in m.permanent)),
+    ):
+        if getattr(field, name).enabled and not exists:
+            names = " and ".join(vehicle.name for vehicle in vehicles)
+            yield f"{name}.enabled", f"there is no {what} in the magnetics.toml of {names}; allowed: false"
 
 
 def _check_rows(

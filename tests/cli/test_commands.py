@@ -121,6 +121,19 @@ def test_info_lists_several_flights(here, capsys):
     assert "Columns" not in out
 
 
+def test_info_lists_individuals_and_days_of_several_flights(here, capsys):
+    flights = [
+        Recording(name, r.time_s, r.data, {"individual": individual, "day": day})
+        for name, individual, day in (("one", 7, 3), ("two", 8, 0))
+        for r in [small(name)]
+    ]
+    file.write(Path("a.h5"), flights)
+    assert cli.main(["info", "a.h5"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert lines[1][:4] == ["flight", "individual", "day", "rows"]
+    assert [line[:3] for line in lines[2:]] == [["one", "7", "3"], ["two", "8", "0"]]
+
+
 def test_info_shows_one_flight_of_a_shard_in_full(here, capsys):
     file.write(Path("two.h5"), [small("first"), small("second")])
     assert cli.main(["info", "two.h5", "--flight", "second"]) == 0

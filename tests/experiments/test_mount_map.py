@@ -14,7 +14,7 @@ from magsim.cli import main
 from magsim.errors import RequestError
 from magsim.experiments.mount_grid import Extent, grid, plane
 from magsim.experiments.mount_map import FlightSeries, predict
-from magsim.experiments.mount_report import flight_of, make_map, write_page
+from magsim.experiments.mount_report import flight_of, flown_aircraft, make_map, write_page
 from magsim.experiments.recorded import background
 from magsim.field import load_response, obstacles, outline, response_at
 from magsim.field.geometry.meshes import box_surface
@@ -217,6 +217,30 @@ def test_plane_holds_the_datum():
     assert not points[..., 1].any()
     np.testing.assert_array_equal(points[:, 0, 0], across)
     np.testing.assert_array_equal(points[0, :, 2], up)
+
+
+def test_a_flight_too_short_for_a_map_is_refused(aircraft, recording):
+    rows = slice(0, np.flatnonzero(recording["maneuver"])[0] + 20)  # all maneuvers are at its end
+    short = Recording("short", recording.time_s[rows], {k: v[rows] for k, v in recording.data.items()}, recording.meta)
+    with pytest.raises(
+        RequestError, match=r"no maneuver of recording 'short' is on a leg, 30 s off .*; allowed: a longer"
+    ):
+        predict(aircraft, short, {"cabin": aircraft.mounts["cabin_center"]})
+
+
+def test_the_map_is_of_the_individual_that_flew(aircraft, recording):
+    """The day's air is that of the start's height, which the first row keeps within some meters."""
+    assert flown_aircraft(aircraft, recording) is aircraft
+    meant = load_scenario("patterns/fom", ["individual=3", "day=2"]).aircraft
+    for meta in ({"individual": 3, "day": 2}, {"individual": 3, "day": 0}):
+        flown = flown_aircraft(aircraft, replace(recording, meta={**recording.meta, **meta}))
+        if meta["day"]:
+            for mine, its in zip(flown.magnetics.permanent, meant.magnetics.permanent, strict=True):
+                np.testing.assert_allclose(mine.moment_am2, its.moment_am2, rtol=1e-3)
+        else:
+            assert flown.magnetics == load_scenario("patterns/fom", ["individual=3"]).aircraft.magnetics
+    other = {**recording.meta, "individual": 3, "aircraft": "uav"}
+    assert flown_aircraft(aircraft, replace(recording, meta=other)) is aircraft
 
 
 @pytest.fixture(scope="module")

@@ -103,7 +103,7 @@ def test_levels_of_no_survey_aircraft_are_told(level, warns):
 
 def test_loads_that_are_seldom_on_are_told():
     (text,) = warnings_of(recorded(45.0, times_on={"strobe": 300, "com_1": 1, "fuel_pump": 3}))
-    assert text.startswith("load com_1 is on 1 times in training rows")
+    assert text.startswith("load com_1 is on once in training rows")
     assert "field.electronics.least_times_on = 3" in text
 
 

@@ -148,3 +148,42 @@ def test_skin_is_asked_of_an_aircraft_that_has_none() -> None:
     with pytest.raises(RequestError, match=r"uav has no \[skin\] in its magnetics.toml; allowed: 'coils'"):
         load_scenario("papers/001_fom", overrides=['field.eddy.model="skin"'])
     assert load_scenario("papers/000_simulated").scenario.field.eddy.model == "coils"
+
+
+@pytest.mark.parametrize(("part", "what"), [("flex", "mount with flex"), ("suspension", "dipole with a suspension")])
+def test_what_moves_on_no_such_aircraft_is_refused(part, what):
+    """The helicopter and its bird have neither; the Cessna has both."""
+    setting = f"field.{part}.enabled=true"
+    assert getattr(load_scenario("calibration_c208b", [setting]).scenario.field, part).enabled
+    message = (
+        rf"^--set field\.{part}\.enabled: there is no {what} in the magnetics.toml of helicopter and bird; allowed: "
+    )
+    with pytest.raises(RequestError, match=message + "false$"):
+        load_scenario("papers/002_straight", [setting])
+
+
+def test_steel_of_the_controls_is_refused_on_the_drone():
+    message = r"controls\.enabled: there is no \[\[controls\]\] in the magnetics.toml of uav; allowed: false"
+    with pytest.raises(RequestError, match=message):
+        load_scenario("papers/001_fom", ["field.controls.enabled=true"])
+
+
+@pytest.mark.parametrize("setting", ["scale=2.0", "seed=3"])
+def test_a_departure_along_no_path_is_refused(setting):
+    key = setting.split("=")[0]
+    message = rf"^--set field\.earth\.departure\.{key}: [23] has no effect with along_path = false; allowed: "
+    with pytest.raises(RequestError, match=message):
+        load_scenario("calibration_c208b", ["field.earth.along_path=false", f"field.earth.departure.{setting}"])
+
+
+@pytest.mark.parametrize(
+    ("key", "wrong", "sound", "message"),
+    [
+        ("fluxgate[0].flexure_deg_g", 200.0, 0.3, r"more than an airframe bends; allowed: -10 to 10 on each axis"),
+        ("ins.lever_error_m", 1000.0, 0.1, r"off the hull; allowed: -31.74 to 31.74 m on each axis"),
+    ],
+)
+def test_absurd_vectors_of_instruments_are_refused(key, wrong, sound, message):
+    load_scenario("calibration_c208b", [f"sensors.{key}=[0.0, {sound}, 0.0]"])
+    with pytest.raises(RequestError, match=message):
+        load_scenario("calibration_c208b", [f"sensors.{key}=[0.0, {wrong}, 0.0]"])

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from magsim.config import Strict, Vector
 from magsim.scenario.base import NonNegative, Positive, PresetTable
@@ -25,6 +25,9 @@ FLUXGATES: Mapping[str, Mapping[str, object]] = {
     }
 }
 """Values by the name of the preset; docs/instruments.md names their sources."""
+
+MOST_FLEXURE_DEG_G = 10.0
+"""Largest bending of an airframe that is believed, each g: 25 times what is plausible (estimate)."""
 
 
 class FluxgateSensor(Sensor, InstrumentClock, PresetTable):
@@ -58,6 +61,15 @@ class FluxgateSensor(Sensor, InstrumentClock, PresetTable):
     bandwidth_hz: Positive | None = Field(default=None, ge=0.5, description="-3 dB, first order; without it, no limit")
     range_nt: Positive | None = Field(default=None, description="largest reading of an axis, either sign")
     step_nt: NonNegative = Field(default=0.0, le=1000.0, description="least count; 0: none")
+
+    @field_validator("flexure_deg_g")
+    @classmethod
+    def _bends_as_an_airframe(cls, value: Vector) -> Vector:
+        if max(map(abs, value)) > MOST_FLEXURE_DEG_G:
+            most = MOST_FLEXURE_DEG_G
+            msg = f"{list(value)} is more than an airframe bends; allowed: {-most:g} to {most:g} on each axis"
+            raise ValueError(msg)
+        return value
 
 
 class Cabin(Strict):

@@ -99,12 +99,12 @@ class Ins(InstrumentClock, PresetTable):
     rate_noise_dps_rthz: NonNegative = Field(default=0.0, description="white noise density")
     rate_step_dps: NonNegative = Field(default=0.0, le=1.0, description="least count; 0: none")
 
-    @field_validator("position_m")
+    @field_validator("position_m", "lever_error_m")
     @classmethod
     def _in_the_hull(cls, value: Vector | None, info: ValidationInfo) -> Vector | None:
         bodies = [vehicle for vehicle in (aircraft_of(info), bird_of(info)) if vehicle]
         most = max((reach_m(vehicle.facts) for vehicle in bodies), default=float("inf"))
         if value is not None and max(map(abs, value)) > most:
-            msg = f"{list(value)} is off the hull; allowed: {-most:g} to {most:g} m from the datum on each axis"
+            msg = f"{list(value)} is off the hull; allowed: {-most:g} to {most:g} m on each axis"
             raise ValueError(msg)
         return value
