@@ -140,7 +140,7 @@ def _loaded(
 ) -> LoadedScenario:
     """Return a scenario with everything that its document refers to; files are read from its folder."""
     also: list[tuple[str, str]] = []
-    _replace_strength(document)
+    _replace_other_way(document)
     if aircraft is None:
         aircraft, problems = _aircraft_of(document, folder)
         also += [("aircraft", problem) for problem in problems]
@@ -176,13 +176,18 @@ def _loaded(
     )
 
 
-def _replace_strength(document: Document) -> None:
-    """Drop the strength of turbulence in the file where an override gives it in the other way."""
-    air, given = document.table.get("air"), {override.path for override in document.overrides}
-    kinds = ("turbulence_severity", "turbulence_mps")
-    for kind, other in (kinds, kinds[::-1]):
-        if isinstance(air, dict) and ("air", kind) in given and ("air", other) not in given:
-            air.pop(other, None)
+EITHER = (("air", "turbulence_severity", "turbulence_mps"), ("pattern", "preset", "maneuvers"))
+"""Tables with two keys that say the same in two ways."""
+
+
+def _replace_other_way(document: Document) -> None:
+    """Drop what the file gives in one way where an override gives it in the other."""
+    given = {override.path for override in document.overrides}
+    for name, *ways in EITHER:
+        table = document.table.get(name)
+        for way, other in (ways, ways[::-1]):
+            if isinstance(table, dict) and (name, way) in given and (name, other) not in given:
+                table.pop(other, None)
 
 
 def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Sequence[str]]:

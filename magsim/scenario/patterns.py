@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Discriminator, Field, ValidationInfo, field_validator
+from pydantic import Discriminator, Field, TypeAdapter, ValidationInfo, field_validator
 
 from magsim.config import Strict
 from magsim.scenario.base import NonNegative, PresetTable, aircraft_of
@@ -75,15 +75,27 @@ class PatternBase(Strict):
         return value
 
 
+TRAINS: TypeAdapter[tuple[Maneuver, ...]] = TypeAdapter(Annotated[tuple[Maneuver, ...], Field(strict=False)])
+
+
 class Maneuvering(PatternBase, PresetTable):
     """A pattern with maneuvers of the user's choice."""
 
     PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = PRESETS
 
     preset: Literal["crew"] | None = Field(
-        default=None, description="maneuvers as crews fly them, where none are given"
+        default=None, description="maneuvers as crews fly them, in place of maneuvers"
     )
     maneuvers: tuple[Maneuver, ...] = Field(default=(), strict=False)
+
+    @field_validator("maneuvers")
+    @classmethod
+    def _in_one_way(cls, value: tuple[Maneuver, ...], info: ValidationInfo) -> tuple[Maneuver, ...]:
+        preset = info.data.get("preset")
+        if preset and value != TRAINS.validate_python(PRESETS[preset]["maneuvers"]):
+            msg = f"preset = {preset!r} states the maneuvers too; allowed: one of the two"
+            raise ValueError(msg)
+        return value
 
 
 class Square(PatternBase):

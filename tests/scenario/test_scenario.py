@@ -187,3 +187,16 @@ def test_absurd_vectors_of_instruments_are_refused(key, wrong, sound, message):
     load_scenario("calibration_c208b", [f"sensors.{key}=[0.0, {sound}, 0.0]"])
     with pytest.raises(RequestError, match=message):
         load_scenario("calibration_c208b", [f"sensors.{key}=[0.0, {wrong}, 0.0]"])
+
+
+def test_maneuvers_are_stated_in_one_way():
+    """On the command line one way takes the place of the other in the file."""
+    crew = load_scenario("crew_c208b").scenario.pattern.maneuvers
+    assert load_scenario("calibration_c208b", ["pattern.preset=crew"]).scenario.pattern.maneuvers == crew
+    own = "pattern.maneuvers=[{axis='roll', amplitude_deg=5.0}]"
+    (train,) = load_scenario("crew_c208b", [own]).scenario.pattern.maneuvers
+    assert train.axis == "roll"
+    assert len(load_scenario("crew_c208b", ["day=2"]).scenario.pattern.maneuvers) == 3  # checked again with the day's
+    message = r"pattern\.maneuvers: preset = 'crew' states the maneuvers too; allowed: one of the two$"
+    with pytest.raises(RequestError, match=message):
+        load_scenario("crew_c208b", [own, "pattern.preset=crew"])

@@ -62,7 +62,9 @@ def _turned_to_local(weather: Weather, wind_mps: tuple[float, float], grid: floa
         total[axis] = f"<sum>{_value(0.0)}{parts}</sum>"
     text = "".join(_function(f"air/grid/total-{axis}-fps", law) for axis, law in total.items())
     if gusts:
-        text += _function("atmosphere/gust-down-fps", "<sum><property>air/grid/gust-down-fps</property></sum>")
+        text += _function(
+            "atmosphere/gust-down-fps", f"<sum>{_value(0.0)}<property>air/grid/gust-down-fps</property></sum>"
+        )
     text += _azimuth("air/grid/azimuth-rad", grid, grid_lon_rad)
     north, east = (f"<property>air/grid/total-{axis}-fps</property>" for axis in ("north", "east"))
     sin, cos = (f"<{name}><property>air/grid/azimuth-rad</property></{name}>" for name in ("sin", "cos"))

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from magsim.aircraft import Aircraft
 from magsim.errors import DataError
 from magsim.flight import fly
+from magsim.flight.model.air_xml import weather_xml
 from magsim.flight.model.dryden import Strength
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.setup import PlantSetup
@@ -50,6 +52,14 @@ def wind(flying: Plant) -> list[float]:
 def bump(time: np.ndarray, start: float, duration: float) -> np.ndarray:
     inside = (time > start) & (time < start + duration)
     return np.where(inside, 0.5 * (1.0 - np.cos(2.0 * np.pi * (time - start) / duration)), 0.0)
+
+
+@pytest.mark.parametrize("grid", [0.0, 1.0])
+@pytest.mark.parametrize("weather", [Weather(), Weather(gusts=(Gust(at_s=1.0, duration_s=2.0, down_mps=2.0),))])
+def test_every_sum_of_the_air_has_two_terms(weather: Weather, grid: float) -> None:
+    """JSBSim complains on stderr of a sum of one, as it did of gusts near the poles."""
+    for total in ElementTree.fromstring(weather_xml(weather, WIND, grid, 0.3)).iter("sum"):
+        assert len(total) >= 2
 
 
 @pytest.mark.parametrize("step_hz", [60, 240])
