@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def bump(time: np.ndarray, start: float, duration: float) -> np.ndarray:
 @pytest.mark.parametrize("weather", [Weather(), Weather(gusts=(Gust(at_s=1.0, duration_s=2.0, down_mps=2.0),))])
 def test_every_sum_of_the_air_has_two_terms(weather: Weather, grid: float) -> None:
     """JSBSim complains on stderr of a sum of one, as it did of gusts near the poles."""
-    for total in ElementTree.fromstring(weather_xml(weather, WIND, grid, 0.3)).iter("sum"):
+    for total in ET.fromstring(weather_xml(weather, WIND, grid, 0.3)).iter("sum"):
         assert len(total) >= 2
 
 
