@@ -13,7 +13,7 @@ from magsim import columns
 from magsim.arrays import readonly
 from magsim.errors import RequestError
 from magsim.recording import display, file
-from magsim.signals import spans
+from magsim.signals import median_step, spans
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -133,7 +133,7 @@ class Recording:
     @cached_property
     def rate_hz(self) -> float:
         """Rows a second, from the median time step."""
-        return float(1.0 / np.median(np.diff(self.time_s)))
+        return 1.0 / median_step(self.time_s)
 
     def names(self, role: str) -> tuple[str, ...]:
         """Return the names of the columns of one role, in file order."""

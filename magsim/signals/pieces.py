@@ -7,6 +7,22 @@ import numpy as np
 from magsim.signals.filters import EDGE_S, band_pass
 
 
+def median_step(time_s: np.ndarray) -> float:
+    """Return the median step of a time axis [s]: ``numpy.median``, without what that does for other arrays.
+
+    Parameters
+    ----------
+    time_s : (n,) [s]
+        At least 2 finite rows.
+    """
+    steps = np.diff(time_s)
+    middle = len(steps) // 2
+    if len(steps) % 2:
+        return float(np.partition(steps, middle)[middle])
+    low, high = np.partition(steps, (middle - 1, middle))[middle - 1 : middle + 1]
+    return float(0.5 * (low + high))
+
+
 def spans(time_s: np.ndarray) -> list[slice]:
     """Split a time axis where it jumps by more than 1.5 median steps.
 
@@ -23,7 +39,7 @@ def spans(time_s: np.ndarray) -> list[slice]:
     steps = np.diff(time_s)
     if steps.max() <= 1.5 * steps.min():  # the median lies between: no gap, without looking for it
         return [slice(0, len(time_s))]
-    cuts = np.flatnonzero(steps > 1.5 * np.median(steps)) + 1
+    cuts = np.flatnonzero(steps > 1.5 * median_step(time_s)) + 1
     bounds = [0, *cuts.tolist(), len(time_s)]
     return [slice(a, b) for a, b in itertools.pairwise(bounds)]
 
@@ -61,7 +77,7 @@ def in_band(values: np.ndarray, time_s: np.ndarray, rows: np.ndarray | None = No
     (m, ...)
         Pieces that are shorter than both ends together give no rows.
     """
-    rate_hz = 1.0 / np.median(np.diff(time_s))
+    rate_hz = 1.0 / median_step(time_s)
     parts = []
     for span in spans(time_s):
         keep = off_ends(time_s[span])

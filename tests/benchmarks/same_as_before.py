@@ -24,17 +24,6 @@ from tests.benchmarks.rows import Row, at_most, finish, stated
 from tests.support import before
 from tests.support.paths import ROOT
 
-FLY = """
-import json, sys
-from pathlib import Path
-import magsim
-for name in sys.argv[2:]:
-    magsim.simulate(magsim.load_scenario(name)).write(Path(sys.argv[1]) / (name.replace("/", "__") + ".h5"))
-    print(name, file=sys.stderr, flush=True)
-print(json.dumps(None))
-"""
-"""Fly scenarios into a folder; the same text for both states."""
-
 METHODS = ("none", "tl16", "tl18", "tl16_measured", "noise_floor")
 NETWORKS = ("bp", "magtcn")
 TOWED = ("tl16_gradient",)
@@ -87,12 +76,6 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
     return one.shape == other.shape and one.tobytes() == other.tobytes()
 
 
-def fly(tree: Path, names: list[str], folder: Path) -> None:
-    """Fly scenarios with the code of a tree and write their recordings."""
-    folder.mkdir()
-    before.run(tree, FLY, [folder, *names])
-
-
 def scores_of(rows: list[list]) -> Scores:
     """Map recording, method, segment and metric to the score; NaN becomes text, since it equals nothing."""
     return {tuple(row[:4]): row[4] for row in rows}
@@ -114,9 +97,9 @@ def changed_scores(old: Scores, new: Scores) -> list[Key]:
 
 def recordings_rows(tree: Path, names: list[str], folder: Path) -> list[Row]:
     """Fly scenarios with both states and count the recordings with a changed column."""
-    fly(tree, names, folder / "before")
+    before.fly(tree, names, folder / "before")
     with before.laid_out(before.REBUILT) as rebuilt:
-        fly(rebuilt, names, folder / "rebuilt")
+        before.fly(rebuilt, names, folder / "rebuilt")
     changed = 0
     for name in names:
         file = name.replace("/", "__") + ".h5"

@@ -61,3 +61,9 @@ def test_too_short_pieces_give_no_rows(holed):
     time_s, values = holed
     assert signals.in_band(values[1000:1500], time_s[1000:1500]).shape == (0, 2)
     assert signals.in_band(values, time_s, np.zeros(len(time_s), dtype=bool)).shape == (0, 2)
+
+
+@pytest.mark.parametrize("rows", [2, 3, 4, 5, 100, 101])
+def test_the_median_step_is_that_of_numpy(rows: int) -> None:
+    time_s = np.cumsum(np.random.default_rng(rows).uniform(0.05, 0.15, rows))
+    assert signals.median_step(time_s) == np.median(np.diff(time_s))

@@ -23,6 +23,18 @@ REBUILT = "08c6ccea"
 """The last commit whose flights are those of ``COMMIT`` bit for bit; later ones differ, as the changelog says."""
 
 
+FLY = """
+import json, sys
+from pathlib import Path
+import magsim
+for name in sys.argv[2:]:
+    magsim.simulate(magsim.load_scenario(name)).write(Path(sys.argv[1]) / (name.replace("/", "__") + ".h5"))
+    print(name, file=sys.stderr, flush=True)
+print(json.dumps(None))
+"""
+"""Fly scenarios into a folder; the same text for every state."""
+
+
 @contextmanager
 def laid_out(commit: str = COMMIT) -> Iterator[Path]:
     """Lay out a commit as a git worktree in a temporary folder; it is removed at the end.
@@ -66,3 +78,9 @@ def run(tree: Path, script: str, arguments: Sequence[object] = (), *, environmen
     command = [sys.executable, "-c", script, *map(str, arguments)]
     done = subprocess.run(command, env=env, cwd=tree, check=True, stdout=subprocess.PIPE, text=True)
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def fly(tree: Path, names: Sequence[str], folder: Path) -> None:
+    """Fly scenarios with the code of a tree and write their recordings into a new folder."""
+    folder.mkdir()
+    run(tree, FLY, [folder, *names])

@@ -70,7 +70,7 @@ def time_derivative(values: np.ndarray, time_s: np.ndarray, method: Derivative =
     -------
     (n, ...) [unit of values / s]
     """
-    rate_hz = 1.0 / np.median(np.diff(time_s))
+    rate_hz = 1.0 / signals.median_step(time_s)
     out = np.zeros_like(values)
     for span in signals.spans(time_s):
         count = span.stop - span.start
