@@ -21,6 +21,7 @@ from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
 from magsim.scenario import Scenario
 from magsim.trajectory import Flight, Trajectory
 from tests.support.rotations import body_rates, rotate_about
+from tests.support.scenarios import over_the_sea
 
 REFERENCE_B = np.array([-0.15, 0.0, 0.25])
 SWING, PERIOD_S = np.radians([12.0, 9.0, 8.0]), np.array([7.0, 8.3, 6.1])
@@ -66,19 +67,12 @@ def response(aircraft: Aircraft) -> AircraftResponse:
 
 
 def _scenario(**physics: object) -> Scenario:
-    return Scenario.model_validate(
+    return over_the_sea(
+        physics,
         {
-            "schema": 1,
-            "seed": 1,
-            "aircraft": "c208b",
-            "start": {"lat_deg": 16.72, "lon_deg": 112.729, "alt_m": 3000.0, "speed_mps": 75.0},
-            "pattern": {"kind": "box"},
-            "field": physics,
-            "sensors": {
-                "scalar": [{"name": "tail", "mount": "sgl_mag_1"}, {"name": "cabin", "mount": "cabin_center"}],
-                "fluxgate": [{"name": "vector", "mount": "cabin_center"}, {"name": "d", "mount": "sgl_flux_d"}],
-            },
-        }
+            "scalar": [{"name": "tail", "mount": "sgl_mag_1"}, {"name": "cabin", "mount": "cabin_center"}],
+            "fluxgate": [{"name": "vector", "mount": "cabin_center"}, {"name": "d", "mount": "sgl_flux_d"}],
+        },
     )
 
 

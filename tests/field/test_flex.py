@@ -16,6 +16,7 @@ from magsim.sensors.fluxgate import fluxgate_columns
 from magsim.trajectory import Flight, Trajectory
 from magsim.truth import FieldTruth
 from tests.support.rotations import rotate_about
+from tests.support.scenarios import over_the_sea
 
 MOUNT = "sgl_mag_1"
 SURFACES = ("elevator", "aileron_left", "aileron_right", "rudder", "flap")
@@ -50,19 +51,12 @@ def flight() -> Flight:
 
 
 def scenario_of(**flex: object) -> Scenario:
-    return Scenario.model_validate(
+    return over_the_sea(
+        {"flex": flex} if flex else {},
         {
-            "schema": 1,
-            "seed": 1,
-            "aircraft": "c208b",
-            "start": {"lat_deg": 16.72, "lon_deg": 112.729, "alt_m": 3000.0, "speed_mps": 75.0},
-            "pattern": {"kind": "box"},
-            "field": {"flex": flex} if flex else {},
-            "sensors": {
-                "scalar": [{"name": "cabin", "mount": "cabin_center"}],
-                "fluxgate": [{"name": "tail", "mount": MOUNT, "noise_nt_rthz": 0.0}],
-            },
-        }
+            "scalar": [{"name": "cabin", "mount": "cabin_center"}],
+            "fluxgate": [{"name": "tail", "mount": MOUNT, "noise_nt_rthz": 0.0}],
+        },
     )
 
 

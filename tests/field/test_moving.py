@@ -19,6 +19,7 @@ from magsim.sensors.scalar import part_columns
 from magsim.trajectory import Flight
 from magsim.truth import FieldTruth
 from tests.field.test_flex import flight
+from tests.support.scenarios import over_the_sea
 
 __all__ = ["flight"]
 
@@ -32,16 +33,9 @@ def aircraft() -> Aircraft:
 
 
 def scenario_of(**field: object) -> Scenario:
-    return Scenario.model_validate(
-        {
-            "schema": 1,
-            "seed": 1,
-            "aircraft": "c208b",
-            "start": {"lat_deg": 16.72, "lon_deg": 112.729, "alt_m": 3000.0, "speed_mps": 75.0},
-            "pattern": {"kind": "box"},
-            "field": field,
-            "sensors": {"scalar": [{"name": "floor", "mount": MOUNT}, {"name": "tail", "mount": "sgl_mag_1"}]},
-        }
+    return over_the_sea(
+        field,
+        {"scalar": [{"name": "floor", "mount": MOUNT}, {"name": "tail", "mount": "sgl_mag_1"}]},
     )
 
 

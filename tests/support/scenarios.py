@@ -7,6 +7,7 @@ import pytest
 
 from magsim.errors import RequestError
 from magsim.loading import load_scenario
+from magsim.scenario import Scenario
 
 GOOD = """\
 schema = 1
@@ -53,3 +54,18 @@ def problems(path: str, *overrides: str) -> list[str]:
     with pytest.raises(RequestError) as caught:
         load_scenario(path, overrides)
     return str(caught.value).split("\n")
+
+
+def over_the_sea(field: dict[str, object], sensors: dict[str, object]) -> Scenario:
+    """Return a scenario of the Cessna for a flight that a test makes itself: settings of the field, and instruments."""
+    return Scenario.model_validate(
+        {
+            "schema": 1,
+            "seed": 1,
+            "aircraft": "c208b",
+            "start": {"lat_deg": 16.72, "lon_deg": 112.729, "alt_m": 3000.0, "speed_mps": 75.0},
+            "pattern": {"kind": "box"},
+            "field": field,
+            "sensors": sensors,
+        }
+    )

@@ -1,6 +1,7 @@
 """The skin of an aircraft as closed shells lofted through sections: conducting, or drawn alone."""
 
 import itertools
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
@@ -54,9 +55,9 @@ class Metal(Strict):
     )
 
     @property
+    @abstractmethod
     def seam_places_m(self) -> tuple[float, ...]:
         """Places where sheets are joined [m]."""
-        raise NotImplementedError
 
     @model_validator(mode="after")
     def _a_number_for_each(self) -> "Metal":
