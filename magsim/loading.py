@@ -13,7 +13,7 @@ from magsim import assets, config
 from magsim.aircraft import Aircraft, Bird, load_aircraft, load_bird
 from magsim.config import Document
 from magsim.errors import RequestError
-from magsim.planning import FlyableScenario
+from magsim.planning import FlyableScenario, check_swell
 from magsim.population import what_is_flown
 from magsim.scenario import Scenario, Tow, TrackLog, TrackPattern, ground_of
 from magsim.scenario.tracklog import TrackProblemsError, read_track, start_of
@@ -158,6 +158,8 @@ def _loaded(
         ground = ground_of(scenario.terrain, scenario.start, scenario.seed, folder)
     except RequestError as error:
         document.validate(FlyableScenario, context=context, also=[("terrain.file", str(error))])
+    if found := [*check_swell(scenario, ground, track, bird)]:
+        document.validate(FlyableScenario, context=context, also=found)
     try:
         flown, aircraft, bird = what_is_flown(scenario, aircraft, bird)
     except RequestError as error:

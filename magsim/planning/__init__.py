@@ -8,12 +8,14 @@ from magsim.planning.flyable import FlyableScenario
 from magsim.planning.geology import shortest_crust_m
 from magsim.planning.legs import legs_allowed
 from magsim.planning.schedule import ScheduledOscillation, needed_s, schedule
+from magsim.planning.sea import check_swell
 from magsim.planning.tow import WHIP_G
 
 __all__ = [
     "WHIP_G",
     "FlyableScenario",
     "ScheduledOscillation",
+    "check_swell",
     "legs_allowed",
     "needed_s",
     "schedule",

@@ -6,7 +6,7 @@ from magsim.aircraft import KinematicFacts
 from magsim.config import Problems
 from magsim.planning.air import check_still, check_wind
 from magsim.planning.flaps import check_moves
-from magsim.planning.geology import check_crust, check_sea, check_targets
+from magsim.planning.geology import check_crust, check_targets
 from magsim.planning.patterns import check_pattern, check_surveys, check_track, heights_of
 from magsim.planning.tow import check_names, check_tow
 from magsim.scenario import Air, FieldSettings, FlightSettings, Pattern, Scenario, Tow, TrackPattern, parts_of
@@ -83,8 +83,6 @@ class FlyableScenario(Scenario):
         found = [("targets" + key, text) for key, text in check_targets(field.targets)]
         if field.crust and start and air:
             found += [(f"crust.{key}", text) for key, text in check_crust(field.crust, start, air)]
-        if field.is_on("swell"):
-            found += [*check_sea(info.data.get("terrain"))]
         if found:
             raise Problems(*found)
         return field

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from magsim.planning.air import REACH_M
 from magsim.scenario import Air, Crust, Start, Target
 from magsim.scenario.air import wind_at
-from magsim.scenario.terrain import FlatTerrain, Terrain
 from magsim.signals import BAND_HZ
 
 
@@ -42,10 +41,3 @@ def check_targets(targets: Sequence[Target]) -> Iterator[tuple[str, str]]:
     for i, name in enumerate(names):
         if name in names[:i]:
             yield f"[{i}].name", f"{name!r} is the name of another target, too; allowed: names that differ"
-
-
-def check_sea(terrain: Terrain | None) -> Iterator[tuple[str, str]]:
-    """Yield the problem of a swell over flat ground that is not the sea; other ground is checked along the flight."""
-    if isinstance(terrain, FlatTerrain) and terrain.height_m != 0.0:
-        text = f"waves need the sea, and [terrain] is flat at {terrain.height_m:g} m; allowed: at 0 m, or left out"
-        yield "swell", text

@@ -131,12 +131,3 @@ def test_own_streams_leave_everything_else_as_it_was(line, tmp_path):
             np.testing.assert_array_equal(bare[name], line[name])
     np.testing.assert_allclose(bare["error_tail_nt"], line["error_tail_nt"], rtol=0, atol=1e-9)
     assert not any(name.startswith(("crust_", "target_", "variation_", "base_", "true_base_")) for name in bare.data)
-
-
-@pytest.mark.parametrize("height_m", [80.0, -20.0])
-def test_a_swell_over_flat_ground_that_is_not_the_sea_is_refused_before_it_is_flown(height_m):
-    terrain = f"terrain={{kind='flat', height_m={height_m}}}"
-    message = rf"field\.swell: waves need the sea, and \[terrain\] is flat at {height_m:g} m; allowed: at 0 m"
-    with pytest.raises(RequestError, match=message):
-        load_scenario("patterns/straight", [terrain, "field.swell={}"])
-    assert load_scenario("patterns/straight", [terrain.replace(str(height_m), "0.0"), "field.swell={}"]).scenario.field

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_banded
 
+from magsim.earth.sea import swell_rms_nt
 from magsim.field.background.swell import SeaWaves, draw_waves
 from magsim.scenario import Swell
 from magsim.streams import stream
@@ -107,3 +108,16 @@ def test_the_sea_has_the_height_period_and_direction_that_were_asked():
     assert math.degrees(math.atan2(mean[1], mean[0])) == pytest.approx(75.0, abs=2.0)
     # The spread of cos^2s: the mean direction is s / (s + 1) long; s = 75 at the peak, less off it.
     assert 0.93 < np.linalg.norm(mean) < 75.0 / 76.0
+
+
+@pytest.mark.parametrize("height_m", [0.0, 60.0, 800.0])
+def test_what_is_left_at_a_height_is_that_of_the_waves_drawn(height_m):
+    """The formula by which flights are refused, against many seas in a vertical main field."""
+    settings, field_nt = Swell(height_m=3.0, period_s=14.0, waves=256), 50_000.0
+    power = []
+    for seed in range(60):
+        waves = draw_waves(stream(seed, "swell/waves"), settings)
+        size = np.abs(waves.strength_nt(np.array([0.0, 0.0, field_nt]), 4.4)) * np.exp(-waves.wavenumber * height_m)
+        power.append(0.5 * np.sum(size**2))
+    formula = swell_rms_nt(height_m, height_m=3.0, period_s=14.0, gamma=5.0, conductivity_spm=4.4, main_nt=field_nt)
+    assert formula == pytest.approx(math.sqrt(np.mean(power)), rel=0.03)

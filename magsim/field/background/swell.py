@@ -20,6 +20,7 @@ from scipy.interpolate import CubicSpline
 
 from magsim.arrays import readonly
 from magsim.earth import LocalFrame, geodetic_from_ecef
+from magsim.earth.sea import LONGEST, SHORTEST, jonswap
 from magsim.errors import DataError
 from magsim.field.background.main_field import earth_at_start
 from magsim.field.background.path import Knots, in_body, knots_of, longest, positions_along
@@ -28,12 +29,6 @@ from magsim.scenario import Swell
 from magsim.streams import stream
 from magsim.terrain import Ground
 from magsim.units import G0, MU0
-
-LEAST_NT = 1e-6
-"""A swell that is nowhere stronger than this at the aircraft is refused: it would be a setting without effect."""
-
-SHORTEST, LONGEST = 2.5, 0.6
-"""Frequencies of the waves over that of the peak, from the longest to the shortest; beyond is 1 % of the power."""
 
 
 @dataclass(frozen=True)
@@ -104,15 +99,6 @@ class SeaWaves:
         return np.column_stack(sums)
 
 
-def jonswap(ratio: np.ndarray, gamma: float) -> np.ndarray:
-    """Return the JONSWAP spectrum over the frequency in units of that of its peak, up to a factor.
-
-    Hasselmann et al. (1973), Deutsche Hydrographische Zeitschrift, Ergänzungsheft 8-12.
-    """
-    width = np.where(ratio <= 1.0, 0.07, 0.09)
-    return ratio**-5.0 * np.exp(-1.25 * ratio**-4.0) * gamma ** np.exp(-0.5 * ((ratio - 1.0) / width) ** 2)
-
-
 def draw_waves(random: np.random.Generator, settings: Swell) -> SeaWaves:
     """Draw the waves of a sea: one in each of equal bins of frequency, with directions after Mitsuyasu and Goda.
 
@@ -141,7 +127,7 @@ def swell(situation: Situation) -> np.ndarray:
     Raises
     ------
     DataError
-        If the flight crosses land, or is nowhere low enough to feel the swell.
+        If the flight crosses land.
     """
     scenario, arms_b, carrier = situation.scenario, situation.arms_b, situation.flight.carrier
     settings = scenario.field.swell
@@ -151,7 +137,6 @@ def swell(situation: Situation) -> np.ndarray:
     strength = waves.strength_nt(earth_at_start(scenario), settings.conductivity_spm)
     sea_m = 0.0 if situation.ground is None else situation.ground.geoid_m
     check_over_water(situation.ground, situation)
-    check_felt(waves, strength, float(situation.motion.alt_m.min()) - sea_m - longest(arms_b))
 
     def bounds(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
         _, _, alt = geodetic_from_ecef(knots.center_e)
@@ -171,7 +156,7 @@ def swell(situation: Situation) -> np.ndarray:
 
 
 def check_over_water(ground: Ground | None, situation: Situation) -> None:
-    """Refuse a swell below which there is land."""
+    """Refuse a swell below which there is land; what start and track tell of it was checked before the flight."""
     if ground is None:
         return
     path = situation.motion
@@ -181,16 +166,5 @@ def check_over_water(ground: Ground | None, situation: Situation) -> None:
         msg = (
             f"field.swell: at {situation.time_s[at]:.1f} s the flight is over land, above mean sea level; allowed: "
             "flights over the sea, where [terrain] is 0 m high or left out"
-        )
-        raise DataError(msg)
-
-
-def check_felt(waves: SeaWaves, strength_nt: np.ndarray, lowest_m: float) -> None:
-    """Refuse a swell that leaves nothing at the lowest height of a flight."""
-    left = float(np.sum(np.abs(strength_nt) * np.exp(-waves.wavenumber * max(lowest_m, 0.0))))
-    if left < LEAST_NT:
-        msg = (
-            f"field.swell: {lowest_m:.0f} m above the sea, where the flight is lowest, it leaves {left:.1g} nT; "
-            "allowed: lower flights, longer waves, or no [field.swell]"
         )
         raise DataError(msg)
