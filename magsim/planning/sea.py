@@ -72,7 +72,7 @@ def land_below_m(scenario: Scenario, ground: Ground | None, track: TrackLog | No
 
 
 def lowest_above_sea_m(scenario: Scenario, ground: Ground | None, track: TrackLog | None, bird: Bird | None) -> float:
-    """Return the lowest height above the sea [m] that is planned, of a bird that it may hang as low as its rope lets."""
+    """Return the lowest planned height above the sea [m]; a bird may hang as low as its rope lets it."""
     geoid_m = 0.0 if ground is None else ground.geoid_m
     pattern = scenario.pattern
     if isinstance(pattern, TrackPattern):
