@@ -10,14 +10,16 @@ from typing import Protocol
 
 import numpy as np
 
+from magsim.aircraft.magnetics import RotatingDipole
 from magsim.field.excitation import Excitation
+from magsim.field.hanging import hanging_strengths, rotating_on
 from magsim.field.response import AircraftResponse
 from magsim.field.sources.dipoles import DeflectedDipole
 from magsim.field.sources.memory import remembered
-from magsim.field.sources.moving import HangingDipole, LinkedDipole
+from magsim.field.sources.moving import LinkedDipole
 from magsim.field.sources.rotors import ShaftDipole, SpinningDipole
 
-GAINS = ("fixed", "metal", "modes", "feeders")
+GAINS = ("fixed", "metal", "modes", "feeders", "hanging")
 """Kinds of gains, in the order of the sources of an aircraft; see ``gains_of``."""
 
 
@@ -29,7 +31,8 @@ def gains_of(response: AircraftResponse, kind: str) -> np.ndarray:
     response : AircraftResponse
     kind : str
         ``"fixed"``: the field of the fixed dipoles [nT]; ``"metal"``: of the steel in a unit ambient field along x, y,
-        z; ``"modes"``: of the eddy-current modes; ``"feeders"``: of each feeder [nT/A].
+        z; ``"modes"``: of the eddy-current modes; ``"feeders"``: of each feeder [nT/A]; ``"hanging"``: the change as
+        what hangs on rubber mounts goes, by ``magsim.field.hanging``.
 
     Returns
     -------
@@ -40,6 +43,7 @@ def gains_of(response: AircraftResponse, kind: str) -> np.ndarray:
         "metal": response.induced,
         "modes": response.field,
         "feeders": response.wiring_nt_per_a,
+        "hanging": response.hanging,
     }
     return arrays[kind]
 
@@ -100,6 +104,19 @@ def _currents(excitation: Excitation, response: AircraftResponse) -> np.ndarray 
         return None
     none = np.zeros(len(excitation.ambient_b))
     return np.column_stack([drawn.get(feeder.name, none) for feeder in feeders])
+
+
+def _hanging(excitation: Excitation, response: AircraftResponse) -> np.ndarray | None:
+    del response
+    magnetics = excitation.magnetics
+    if not magnetics.suspensions:
+        return None
+    ways, moments = {}, {}
+    for name, mounts in magnetics.suspensions.items():
+        ways[name] = 1e-3 * np.array(mounts.compliance_mmpg) * -excitation.load_g(np.array(mounts.position_m))
+        turning_there = rotating_on(magnetics, name)
+        moments[name] = [excitation.moment(_on_shaft(excitation, part), part.rotor) for part in turning_there]
+    return hanging_strengths(magnetics, ways, excitation.ambient_b, moments)
 
 
 @dataclass(frozen=True)
@@ -183,23 +200,13 @@ def _controls(excitation: Excitation) -> list[TurningDipole] | None:
     ] or None
 
 
-def _hanging(excitation: Excitation) -> list[TurningDipole] | None:
-    magnetics = excitation.magnetics
-    ways = {
-        name: 1e-3 * np.array(mounts.compliance_mmpg) * -excitation.load_g(np.array(mounts.position_m))
-        for name, mounts in magnetics.suspensions.items()
-    }
-    return [
-        HangingDipole(np.array(dipole.position_m), np.array(dipole.moment_am2), ways[dipole.suspension])
-        for dipole in magnetics.permanent
-        if dipole.suspension is not None
-    ] or None
-
-
 def _rotating(excitation: Excitation) -> list[TurningDipole] | None:
-    magnetics = excitation.magnetics
-    sources = [(ShaftDipole.of(dipole, magnetics.rotors[dipole.rotor]), dipole.rotor) for dipole in magnetics.rotating]
+    sources = [(_on_shaft(excitation, dipole), dipole.rotor) for dipole in excitation.magnetics.rotating]
     return [SpinningDipole(source, excitation.moment(source, rotor)) for source, rotor in sources] or None
+
+
+def _on_shaft(excitation: Excitation, dipole: RotatingDipole) -> ShaftDipole:
+    return ShaftDipole.of(dipole, excitation.magnetics.rotors[dipole.rotor])
 
 
 @dataclass(frozen=True)
@@ -231,12 +238,12 @@ LINEAR: Mapping[str, LinearPart] = {
     "memory": LinearPart("metal", _remembered, by_tensor),
     "eddy": LinearPart("modes", _eddy_states, by_matrix),
     "electronics": LinearPart("feeders", _currents, by_source),
+    "suspension": LinearPart("hanging", _hanging, by_matrix),
 }
 
 TURNING: Mapping[str, TurningPart] = {
     "hinged": TurningPart(_hinged),
     "controls": TurningPart(_controls),
-    "suspension": TurningPart(_hanging),
     "propeller": TurningPart(_rotating),
 }
 

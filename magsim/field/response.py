@@ -10,6 +10,7 @@ from magsim.aircraft import Magnetics, Vehicle
 from magsim.aircraft.magnetics import Coil
 from magsim.arrays import readonly
 from magsim.errors import RequestError
+from magsim.field.hanging import hanging_gains
 from magsim.field.metal.coils import Loop, inductance_matrix
 from magsim.field.metal.eddy import Modes, reduce_to_modes, slow_limit
 from magsim.field.metal.skin.mesh import metal_obstacles, outline
@@ -46,6 +47,8 @@ class AircraftResponse:
         Relative error of the modes at 0.5 Hz beside all currents of the conductor.
     wiring_nt_per_a : (s, 3, c) [nT/A]
         Field of each feeder for 1 A.
+    hanging : (s, 3, h)
+        Change of the field as what hangs on rubber mounts goes; see ``magsim.field.hanging``.
     """
 
     mounts: tuple[str, ...]
@@ -58,6 +61,7 @@ class AircraftResponse:
     field: np.ndarray
     eddy_error: np.ndarray
     wiring_nt_per_a: np.ndarray
+    hanging: np.ndarray
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -166,6 +170,7 @@ def _solve(
             arrays |= _fixed(aircraft.magnetics, steel, points, full=full)
             arrays |= EDDY[eddy](aircraft, points, full=full)
             arrays |= _wiring(aircraft.magnetics, points)
+            arrays["hanging"] = hanging_gains(aircraft.magnetics, steel, points)
         except ValueError as error:
             msg = f"aircraft {aircraft.name}: {error}"
             raise RequestError(msg) from error

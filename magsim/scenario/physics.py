@@ -125,7 +125,7 @@ class FieldSettings(Strict):
     permanent: FieldPart = FieldPart()
     hinged: HingedPart = HingedPart()
     controls: MovingPart = Field(default=MovingPart(), description="steel of yoke, pedals and cables")
-    suspension: MovingPart = Field(default=MovingPart(), description="way of the engine on its rubber mounts")
+    suspension: MovingPart = Field(default=MovingPart(), description="what hangs on rubber mounts, as it gives way")
     propeller: FieldPart = FieldPart()
     induced: FieldPart = FieldPart()
     memory: MemoryPart = MemoryPart()

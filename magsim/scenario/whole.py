@@ -141,7 +141,7 @@ def _check_moving(field: FieldSettings, vehicles: Sequence[Vehicle]) -> Iterator
     for name, what, exists in (
         ("flex", "mount with flex", any(mount.flex for m in magnetics for mount in m.mounts.values())),
         ("controls", "[[controls]]", any(m.controls for m in magnetics)),
-        ("suspension", "dipole with a suspension", any(d.suspension for m in magnetics for d in m.permanent)),
+        ("suspension", "part with a suspension", any(m.hangs for m in magnetics)),
     ):
         if getattr(field, name).enabled and not exists:
             names = " and ".join(vehicle.name for vehicle in vehicles)

@@ -200,3 +200,8 @@ def test_suspensions_and_what_hangs_on_them(settings: dict) -> None:
     _refused(settings, "none below 0 and one above")
     settings["suspensions"] = {"mast": good}
     _refused(settings, "dipole 'engine' hangs on 'engine'; allowed: mast")
+    free = [{key: value for key, value in part.items() if key != "suspension"} for part in settings["permanent"]]
+    settings["permanent"] = free
+    _refused(settings, "rotating part 'propeller' hangs on 'engine'; allowed: mast")
+    settings["rotating"] = []
+    _refused(settings, "steel part 'engine' hangs on 'engine'; allowed: mast")

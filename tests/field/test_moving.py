@@ -10,6 +10,7 @@ from magsim.columns import FLEX
 from magsim.errors import RequestError
 from magsim.field import compute_field, load_response
 from magsim.field.load import specific_force
+from magsim.field.metal.steel.model import load_steel
 from magsim.field.sources.dipoles import dipole_field
 from magsim.field.sources.moving import dipole_gradient
 from magsim.frames import rot_nb_from_attitude
@@ -24,6 +25,7 @@ from tests.support.scenarios import over_the_sea
 __all__ = ["flight"]
 
 MOUNT = "sgl_mag_2"
+ROWS = np.arange(10, 700, 23)
 ON = {"enabled": True}
 
 
@@ -83,19 +85,26 @@ def test_controls_follow_the_logged_surfaces(aircraft: Aircraft, flight: Flight,
 
 
 def test_the_engine_hangs_on_rubber(aircraft: Aircraft, flight: Flight, plain: FieldTruth) -> None:
-    """A load upward pushes it down by its compliance: the derivative of its field, times that way."""
+    """A load upward pushes it down by its compliance, with its steel and its propeller."""
     truth = compute_field(scenario_of(suspension=ON), aircraft, flight)
     mounts = aircraft.magnetics.suspensions["engine"]
     way = 1e-3 * np.array(mounts.compliance_mmpg) * loads(aircraft, flight, truth.time_s, mounts.position_m)
     assert np.ptp(way[:, 2]) > 1e-3
+    steel, hub = load_steel(aircraft).only(["engine"]), np.array(aircraft.magnetics.rotating[0].position_m)
     for mount in truth.mounts:
-        exact = np.zeros((len(way), 3))
+        place, ambient = np.array(aircraft.mounts[mount]), truth.background(mount)
+        kernel = np.stack([dipole_field(hub, unit, place) for unit in np.eye(3)], axis=1)
+        turning = truth.part("propeller", mount) @ np.linalg.inv(kernel).T
+        exact = dipole_field(hub + way, turning, place) - dipole_field(hub, turning, place)
         for dipole in aircraft.magnetics.permanent:
             if dipole.suspension == "engine":
-                place = np.array([aircraft.mounts[mount]])
-                exact -= way @ dipole_gradient(np.array(dipole.position_m), np.array(dipole.moment_am2), place)[0]
-        got = truth.part("suspension", mount)
-        np.testing.assert_allclose(got[10:-10], exact[10:-10], rtol=0, atol=5e-3 * np.abs(exact).max())
+                at, moment = np.array(dipole.position_m), np.array(dipole.moment_am2)
+                exact += dipole_field(at + way, moment, place) - dipole_field(at, moment, place)
+        at, gone = (steel.at(seen, gradient=False).induced for seen in (place[None], place - way[ROWS]))
+        metal = np.einsum("nij,nj->ni", gone - at, ambient[ROWS])
+        got = truth.part("suspension", mount)[ROWS]
+        np.testing.assert_allclose(got, exact[ROWS] + metal, rtol=0, atol=5e-3 * np.abs(exact).max())
+        assert np.abs(metal).max() > 0.03 * np.abs(exact).max()
     np.testing.assert_array_equal(truth.parts_b["permanent"], plain.parts_b["permanent"])
 
 

@@ -63,7 +63,7 @@ def test_parts_that_touch_are_told_with_the_name_of_the_aircraft(aircraft: Aircr
 
 def test_an_aircraft_of_wood_is_silent(aircraft: Aircraft) -> None:
     settings = aircraft.magnetics.model_dump(by_alias=True)
-    settings.update(permanent=[], suspensions={}, hinged=[], controls=[], steel=[], coils=[], skin=None)
+    settings.update(permanent=[], suspensions={}, rotating=[], hinged=[], controls=[], steel=[], coils=[], skin=None)
     wood = compute_response(Aircraft("wood", aircraft.facts, Magnetics.model_validate(settings)))
     assert not np.any(wood.permanent_nt)
     assert not np.any(wood.induced)
@@ -81,7 +81,9 @@ def test_coil_of_real_wire(aircraft: Aircraft) -> None:
         "section_m2": 1e-3,
         "source": "a test",
     }
-    settings.update(permanent=[], suspensions={}, hinged=[], controls=[], steel=[], coils=[loop], skin=None)
+    settings.update(
+        permanent=[], suspensions={}, rotating=[], hinged=[], controls=[], steel=[], coils=[loop], skin=None
+    )
     response = compute_response(Aircraft("ring", aircraft.facts, Magnetics.model_validate(settings)))
     resistance = 8.0 / (1.74e7 * 1e-3)
     # A square of side a on its axis: B = mu0 I a^2 / (2 pi (z^2 + a^2/4) sqrt(z^2 + a^2/2)).

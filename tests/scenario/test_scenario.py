@@ -150,7 +150,7 @@ def test_skin_is_asked_of_an_aircraft_that_has_none() -> None:
     assert load_scenario("papers/000_simulated").scenario.field.eddy.model == "coils"
 
 
-@pytest.mark.parametrize(("part", "what"), [("flex", "mount with flex"), ("suspension", "dipole with a suspension")])
+@pytest.mark.parametrize(("part", "what"), [("flex", "mount with flex"), ("suspension", "part with a suspension")])
 def test_what_moves_on_no_such_aircraft_is_refused(part, what):
     """The helicopter and its bird have neither; the Cessna has both."""
     setting = f"field.{part}.enabled=true"

@@ -28,6 +28,7 @@ STEEL = {
     "size_m": [0.6, 0.3, 0.3],
     "element_m": 0.15,
     "mu_r": 60.0,
+    "suspension": "rubber",
     "source": "a test",
 }
 RING = [[2.0, 1.0, 0.4], [-2.0, 1.0, 0.5], [-2.0, -1.0, 0.5], [2.0, -1.0, 0.4]]
@@ -45,9 +46,7 @@ TOY = {
             "source": "a test",
         }
     ],
-    "suspensions": {
-        "rubber": {"position_m": [0.8, 0.2, -0.5], "compliance_mmpg": [5.0, 20.0, 30.0], "source": "a test"}
-    },
+    "suspensions": {"rubber": {"position_m": [0.8, 0.2, -0.5], "compliance_mmpg": [0.2, 1.0, 1.5], "source": "a test"}},
     "controls": [
         {
             "name": "yoke",
@@ -74,6 +73,7 @@ TOY = {
         {
             "name": "hub",
             "rotor": "main",
+            "suspension": "rubber",
             "position_m": [0.0, 0.0, -1.5],
             "moment_am2": [40.0, 0.0, -20.0],
             "blade": [1.0, 0.0, 0.0],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.field.sources.dipoles import dipole_field
-from magsim.field.sources.moving import HangingDipole, LinkedDipole, dipole_gradient
+from magsim.field.sources.moving import LinkedDipole, dipole_gradient
 from tests.support.rotations import rotate_about
 
 POINTS = np.array([[0.0, 0.0, 0.0], [-3.0, 0.4, 0.5], [0.3, 0.36, 0.55]])
@@ -55,17 +55,3 @@ def test_the_linear_form_holds_to_second_order(turn, within):
     linear = np.einsum("sic,nc->nsi", dipole.gains(POINTS), dipole.strengths)
     change = np.abs(exact - exact[20]).max()
     assert np.abs(linear - exact).max() < within * change
-
-
-def test_what_hangs_leaves_the_rest_where_it_was():
-    """The change alone: zero at rest, the derivative times the way, minus that of the point going there."""
-    way = 1e-3 * np.column_stack([0.3 * np.sin(9.0 * ANGLE), ANGLE, 2.0 * np.cos(5.0 * ANGLE)])
-    hanging = HangingDipole(PLACE, MOMENT, way)
-    exact = np.stack([dipole_field(PLACE + w, MOMENT, POINTS) - dipole_field(PLACE, MOMENT, POINTS) for w in way])
-    moving = np.broadcast_to(POINTS, (len(way), 3, 3))
-    np.testing.assert_allclose(hanging.along(moving), exact, rtol=0, atol=1e-12)
-    # A way of 2 mm, points 1.1 m off and more.
-    assert np.abs(hanging.at(POINTS) - exact).max() < 5e-3 * np.abs(exact).max()
-    linear = np.einsum("sic,nc->nsi", hanging.gains(POINTS), hanging.strengths)
-    np.testing.assert_allclose(linear, hanging.at(POINTS), rtol=0, atol=1e-12)
-    assert not HangingDipole(PLACE, MOMENT, np.zeros((2, 3))).at(POINTS).any()

@@ -112,6 +112,11 @@ class Magnetics(Strict):
         return "coils" if self.skin is None else "skin"
 
     @property
+    def hangs(self) -> bool:
+        """Whether anything hangs on rubber mounts."""
+        return any(part.suspension for part in (*self.permanent, *self.rotating, *self.steel))
+
+    @property
     def _dipoles(self) -> tuple[Dipole, ...]:
         return (*self.permanent, *self.hinged, *self.controls, *self.rotating)
 
@@ -120,7 +125,9 @@ class Magnetics(Strict):
         carried = [part.name for part in self.carried]
         _unique("dipoles and what is carried", [*(dipole.name for dipole in self._dipoles), *carried])
         check_rotors(self.rotors, self.rotating)
-        check_suspensions(self.suspensions, self.permanent)
+        check_suspensions(self.suspensions, "dipole", self.permanent)
+        check_suspensions(self.suspensions, "rotating part", self.rotating)
+        check_suspensions(self.suspensions, "steel part", self.steel)
         _unique("steel parts", (name for part in self.steel for name in part.names))
         _unique("coils", (coil.name for coil in self.coils))
         _unique("feeders", (feeder.name for feeder in self.feeders))

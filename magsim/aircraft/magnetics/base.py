@@ -5,11 +5,13 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-from magsim.config import Vector
+from magsim.config import Name, Vector
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 Source = Annotated[str, Field(min_length=4, description="where the numbers come from, or 'estimate: ...'")]
+
+Hangs = Annotated[Name | None, Field(description="rubber mounts on which it hangs")]
 
 
 def unit(value: Vector) -> Vector:

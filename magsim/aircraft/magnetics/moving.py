@@ -7,6 +7,8 @@ from pydantic import Field, field_validator, model_validator
 
 from magsim.aircraft.magnetics.base import Source, unit
 from magsim.aircraft.magnetics.permanent import Dipole, FixedDipole, Surface
+from magsim.aircraft.magnetics.rotors import RotatingDipole
+from magsim.aircraft.magnetics.steel import SteelPart
 from magsim.config import Strict, Vector
 
 
@@ -57,15 +59,24 @@ class Suspension(Strict):
         return value
 
 
-def check_suspensions(suspensions: Mapping[str, Suspension], dipoles: Sequence[FixedDipole]) -> None:
-    """Check that every dipole that hangs on rubber mounts names some of the file.
+def check_suspensions(
+    suspensions: Mapping[str, Suspension], what: str, parts: Sequence[FixedDipole | RotatingDipole | SteelPart]
+) -> None:
+    """Check that every part that hangs on rubber mounts names some of the file.
+
+    Parameters
+    ----------
+    suspensions : mapping of str to Suspension
+    what : str
+        The word for such a part.
+    parts : sequence
 
     Raises
     ------
     ValueError
         If one names others.
     """
-    for dipole in dipoles:
-        if dipole.suspension is not None and dipole.suspension not in suspensions:
-            msg = f"dipole {dipole.name!r} hangs on {dipole.suspension!r}; allowed: {', '.join(suspensions) or 'none'}"
+    for part in parts:
+        if part.suspension is not None and part.suspension not in suspensions:
+            msg = f"{what} {part.name!r} hangs on {part.suspension!r}; allowed: {', '.join(suspensions) or 'none'}"
             raise ValueError(msg)

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
-from magsim.aircraft.magnetics.base import NonNegative, Positive, Source, as_tuple, unit
+from magsim.aircraft.magnetics.base import Hangs, NonNegative, Positive, Source, as_tuple, unit
 from magsim.config import Name, Strict, Vector
 
 SURFACES = ("elevator", "aileron_left", "aileron_right", "rudder", "flap")
@@ -44,7 +44,7 @@ class FixedDipole(Dipole):
     notch_m: Vector | None = Field(
         default=None, description="of a part that moves with a seat: from one notch of its rail to the next"
     )
-    suspension: Name | None = Field(default=None, description="of the rubber mounts on which it hangs")
+    suspension: Hangs = None
 
 
 class Carried(Strict):

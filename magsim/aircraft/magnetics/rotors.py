@@ -2,7 +2,7 @@
 
 from pydantic import Field, field_validator
 
-from magsim.aircraft.magnetics.base import NonNegative, Positive, Source, unit
+from magsim.aircraft.magnetics.base import Hangs, NonNegative, Positive, Source, unit
 from magsim.aircraft.magnetics.permanent import Dipole
 from magsim.config import Name, Strict, Vector
 
@@ -27,6 +27,7 @@ class RotatingDipole(Dipole):
     """
 
     rotor: Name
+    suspension: Hangs = None
     blade: Vector | None = Field(default=None, description="unit vector across the axis, at phase zero")
     polarizability_m3: Vector = (0.0, 0.0, 0.0)
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, field_validator, model_validator
 
-from magsim.aircraft.magnetics.base import Positive, Source, unit
+from magsim.aircraft.magnetics.base import Hangs, Positive, Source, unit
 from magsim.config import Name, Strict, Vector
 
 Permeability = Annotated[float, Field(ge=1.0, le=1e6, description="relative permeability")]
@@ -93,6 +93,7 @@ class SteelPart(Strict):
     name: Name
     mu_r: Permeability
     mirror: bool = Field(default=False, description="a second part, mirrored to the other side, named *_mirror")
+    suspension: Hangs = None
     source: Source
 
     @property

@@ -1,4 +1,4 @@
-"""Dipoles that move: with the controls, or on rubber mounts that give way."""
+"""Dipoles that move with the controls, and the gradient of a dipole's field."""
 
 from dataclasses import dataclass, replace
 
@@ -100,38 +100,3 @@ class LinkedDipole:
     def strengths(self) -> np.ndarray:
         """What ``gains`` are multiplied by, (n, 3)."""
         return np.column_stack([np.ones_like(self.angle), self.angle, self.angle**2])
-
-
-@dataclass(frozen=True)
-class HangingDipole:
-    """The change that a dipole makes as what it hangs on gives way.
-
-    Attributes
-    ----------
-    position, moment : (3,) [m], [A m^2]
-        On the parked aircraft.
-    way : (n, 3) [m]
-        How far it is from there.
-    """
-
-    position: np.ndarray
-    moment: np.ndarray
-    way: np.ndarray
-
-    def along(self, places: np.ndarray) -> np.ndarray:
-        """Return the change at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
-        moved = dipole_field(self.position + self.way[:, None], self.moment, places)
-        return moved - dipole_field(self.position, self.moment, places)
-
-    def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the change at fixed points (s, 3) [m], (n, s, 3) [nT]; to first order in the way over the distance."""
-        return np.einsum("sic,nc->nsi", self.gains(points), self.way)
-
-    def gains(self, points: np.ndarray) -> np.ndarray:
-        """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, 3) [nT/m]."""
-        return -dipole_gradient(self.position, self.moment, points)
-
-    @property
-    def strengths(self) -> np.ndarray:
-        """What ``gains`` are multiplied by, (n, 3) [m]."""
-        return self.way

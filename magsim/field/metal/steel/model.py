@@ -116,6 +116,22 @@ class SteelModel:
             slope = charge_gradient(panels, both, points) if gradient else slope
         return SteelField(field[..., :3], slope[..., :3, :], field[..., 3], slope[..., 3, :])
 
+    def only(self, names: Sequence[str]) -> "SteelModel":
+        """Return some parts alone, with the charge that they have beside all others."""
+        numbers = [self.names.index(name) for name in names]
+        rows, walls = (np.flatnonzero(np.isin(part, numbers)) for part in (self.part, self.wall_part))
+        corners, charge = self.corners[rows], self.charge[rows]
+        return SteelModel(
+            names=self.names,
+            corners=corners,
+            part=self.part[rows],
+            charge=charge,
+            reaction=self.reaction[rows],
+            polarizability=moment_of(corners, charge),
+            walls=self.walls[walls],
+            wall_part=self.wall_part[walls],
+        )
+
     def obstacles(self, points: np.ndarray, *, elements: float = KEEP_OFF) -> list[str | None]:
         """Return for each place the steel too close to it, with what is allowed, or None.
 
@@ -171,6 +187,12 @@ class SteelModel:
         lines = [f"{what} at {place(point)} is {obstacle}" for what, point, obstacle in found if obstacle is not None]
         if lines:
             raise RequestError("\n".join(lines))
+
+
+def moment_of(corners: np.ndarray, charge: np.ndarray) -> np.ndarray:
+    """Return the moments of charges (t, k) [A/m] on triangles (t, 3, 3) [m] about the datum, (3, k) [A m^2]."""
+    panels = Panels(corners)
+    return np.einsum("t,ti,tk->ik", panels.areas, panels.centroids, charge)
 
 
 def _solve(steel: Sequence[Steel], dipoles: Sequence[FixedDipole], files: Mapping[str, bytes]) -> Arrays:
@@ -248,13 +270,13 @@ def load_steel(aircraft: Vehicle) -> SteelModel:
 
 def _member(family: SteelFamily, weights: np.ndarray) -> Arrays:
     """Return the arrays of a ``SteelModel`` of a family by name."""
-    charge, panels = family.charge(weights), Panels(family.corners)
+    charge = family.charge(weights)
     return {
         "corners": family.corners,
         "part": family.part,
         "charge": charge,
-        "reaction": np.zeros(len(panels)),
-        "polarizability": np.einsum("t,ti,tk->ik", panels.areas, panels.centroids, charge),
+        "reaction": np.zeros(len(charge)),
+        "polarizability": moment_of(family.corners, charge),
         "walls": family.walls,
         "wall_part": family.wall_part,
     }
