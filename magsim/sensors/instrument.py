@@ -28,7 +28,7 @@ class MeasuredFlight:
     sensors : Sensors
         Settings of all instruments.
     seed : int
-        Seed of the scenario; every random stream has a name below it.
+        Of the errors of the instruments; every random stream has a name below it.
     flight : Flight
     truths : mapping of str to FieldTruth
         The true field by what carries the sensors: ``carrier``, and ``bird`` where one is towed.

@@ -1,24 +1,17 @@
 """From a scenario to a recording: the only place where flight, field and sensors meet."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from magsim import config
 from magsim.errors import RequestError
-from magsim.field import compute_field, compute_tow_field
-from magsim.flight import fly
 from magsim.loading import LoadedScenario, load_scenario
 from magsim.recording import Recording
 from magsim.scenario import Scenario
 from magsim.simulation.recording import record
-from magsim.threads import one_blas_thread
-from magsim.trajectory import Flight
-from magsim.truth import FieldTruth
+from magsim.simulation.simulator import Progress, Simulator, compute_fields
 
-__all__ = ["Progress", "compute_fields", "record", "simulate"]
-
-Progress = Callable[[str, float], None]
-"""Called with the name of the step and its share done, 0 to 1."""
+__all__ = ["Progress", "Simulator", "compute_fields", "record", "simulate"]
 
 
 def simulate(
@@ -64,35 +57,7 @@ def simulate(
         msg = f"progress: is of type {type(progress).__name__}; allowed: a function of a step's name and its share done"
         raise RequestError(msg)
     loaded = _loaded(scenario, _overrides(seed, set))
-    # Solves on one BLAS thread and on two differ in their last bits.
-    with one_blas_thread():
-        try:
-            flight = fly(
-                loaded.scenario,
-                loaded.aircraft,
-                bird=loaded.bird,
-                ground=loaded.ground,
-                track=loaded.track,
-                progress=_step(progress, "flight"),
-            )
-            truths = compute_fields(loaded, flight, progress=_step(progress, "field"))
-        except RequestError as error:
-            raise RequestError(loaded.placed(str(error))) from None
-        report = _step(progress, "sensors")
-        report(0.0)
-        recording = record(loaded, flight, truths)
-        report(1.0)
-    return recording
-
-
-def compute_fields(
-    loaded: LoadedScenario, flight: Flight, *, progress: Callable[[float], None] | None = None
-) -> dict[str, FieldTruth]:
-    """Return the true field of a finished flight by what carries the sensors: ``carrier``, and ``bird`` with a tow."""
-    scenario, aircraft, ground = loaded.scenario, loaded.aircraft, loaded.ground
-    if loaded.bird is None:
-        return {"carrier": compute_field(scenario, aircraft, flight, ground=ground, progress=progress)}
-    return compute_tow_field(scenario, aircraft, loaded.bird, flight, ground=ground, progress=progress)
+    return Simulator().simulate(loaded, progress=progress)
 
 
 def _loaded(scenario: object, overrides: tuple[str, ...]) -> LoadedScenario:
@@ -121,7 +86,3 @@ def _overrides(seed: int | None, settings: Mapping[str, object] | None) -> tuple
         msg = "seed: is given twice, as an argument and in set; allowed: one of them"
         raise RequestError(msg)
     return (*overrides, *config.overrides_of({"seed": seed}, name="seed"))
-
-
-def _step(progress: Progress | None, name: str) -> Callable[[float], None]:
-    return (lambda _share: None) if progress is None else (lambda share: progress(name, share))

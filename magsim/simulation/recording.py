@@ -46,8 +46,9 @@ def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTru
     station, station_n = scenario.sensors.base, None
     if station is not None:
         station_n = station_field(station, scenario, loaded.ground, samples_s)
+    seed = scenario.seed if scenario.sensors.seed is None else scenario.sensors.seed
     measured = MeasuredFlight(
-        scenario.sensors, scenario.seed, flight, truths, acquisition, ground=loaded.ground, station_n=station_n
+        scenario.sensors, seed, flight, truths, acquisition, ground=loaded.ground, station_n=station_n
     )
     time_s, segments = measured.time_s, flight.segment_columns(measured.time_s)
     data = read_instruments(measured) | segments

@@ -15,6 +15,9 @@ from magsim.scenario.instruments.scalar import ScalarSensor
 class Sensors(Strict):
     """All instruments."""
 
+    seed: int | None = Field(
+        default=None, ge=0, lt=2**63, description="of the errors of all instruments; left out: the scenario's seed"
+    )
     scalar: tuple[ScalarSensor, ...] = Field(min_length=1, strict=False)
     fluxgate: tuple[FluxgateSensor, ...] = Field(default=(), strict=False)
     ins: Ins = Field(default=Ins(), description="in the bird where one is towed, else in the carrier")

@@ -1,0 +1,136 @@
+"""Simulations one after another, which share what they have in common."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from magsim.errors import RequestError
+from magsim.field import compute_field, compute_tow_field
+from magsim.flight import fly
+from magsim.loading import LoadedScenario
+from magsim.recording import Recording
+from magsim.simulation.dependence import FieldInputs, FlightInputs
+from magsim.simulation.recording import record
+from magsim.threads import one_blas_thread
+from magsim.trajectory import Flight
+from magsim.truth import FieldTruth
+
+Progress = Callable[[str, float], None]
+"""Called with the name of the step and its share done, 0 to 1."""
+
+Share = Callable[[float], None]
+"""Called with the share of a step that is done, 0 to 1."""
+
+T = TypeVar("T")
+
+
+@dataclass
+class Last(Generic[T]):
+    """The last result of a stage, and the key that it was computed under."""
+
+    key: str = ""
+    result: T | None = None
+
+    def get(self, key: str, compute: Callable[[], T]) -> T:
+        """Return the result under a key: the last one, or a new one in its place."""
+        if self.result is None or self.key != key:
+            self.result = None  # two flights need not be held at once
+            self.key, self.result = key, compute()
+        return self.result
+
+
+class Simulator:
+    """Simulates scenarios, and flies and computes only what differs from the scenario before.
+
+    Each recording is to the last bit the one that ``magsim.simulate`` returns. The last flight and the last field are
+    kept under digests of all that they depend on (``magsim.simulation.dependence``): scenarios that differ in the
+    magnetic aircraft share a flight, those that differ in errors of instruments a field, too.
+
+    Examples
+    --------
+    >>> simulator = Simulator()
+    >>> for seed in range(10):
+    ...     recording = simulator.simulate(load_scenario("calibration_c208b", [f"sensors.seed={seed}"]))
+    """
+
+    def __init__(self) -> None:
+        self._flight: Last[Flight] = Last()
+        self._truths: Last[dict[str, FieldTruth]] = Last()
+
+    def simulate(self, loaded: LoadedScenario, *, progress: Progress | None = None) -> Recording:
+        """Fly a scenario, compute the field at each sensor, and record the readings of the instruments.
+
+        Parameters
+        ----------
+        loaded : LoadedScenario
+        progress : callable, optional
+            Called with the name of the step (``"flight"``, ``"field"`` or ``"sensors"``) and its share done, 0 to 1.
+
+        Returns
+        -------
+        Recording
+
+        Raises
+        ------
+        RequestError
+            If the scenario does not fit the flight; with file and line where there is one.
+        DataError
+            If the flight diverges or a column is not finite.
+        """
+        # Solves on one BLAS thread and on two differ in their last bits.
+        with one_blas_thread():
+            try:
+                flight, flight_key = self._flown(loaded, _step(progress, "flight"))
+                truths = self._field(loaded, flight, flight_key, _step(progress, "field"))
+            except RequestError as error:
+                raise RequestError(loaded.placed(str(error))) from None
+            report = _step(progress, "sensors")
+            report(0.0)
+            recording = record(loaded, flight, truths)
+            report(1.0)
+        return recording
+
+    def _flown(self, loaded: LoadedScenario, report: Share) -> tuple[Flight, str]:
+        """Return the flight of a scenario, and its key."""
+        inputs = FlightInputs.of(loaded)
+        flight = self._flight.get(inputs.key, lambda: fly_inputs(inputs, report))
+        report(1.0)
+        return flight, inputs.key
+
+    def _field(
+        self, loaded: LoadedScenario, flight: Flight, flight_key: str, report: Share
+    ) -> Mapping[str, FieldTruth]:
+        """Return the true field of a flight."""
+        inputs = FieldInputs.of(loaded)
+        truths = self._truths.get(f"{flight_key} {inputs.key}", lambda: compute_inputs(inputs, flight, report))
+        report(1.0)
+        return truths
+
+
+def fly_inputs(inputs: FlightInputs, report: Share | None = None) -> Flight:
+    """Fly what a flight depends on."""
+    return fly(
+        inputs.scenario,
+        inputs.aircraft,
+        bird=inputs.bird,
+        ground=inputs.ground,
+        track=inputs.track,
+        progress=report,
+    )
+
+
+def compute_inputs(inputs: FieldInputs, flight: Flight, report: Share | None = None) -> dict[str, FieldTruth]:
+    """Compute the true field of a flight from what it depends on."""
+    scenario, aircraft, ground = inputs.scenario, inputs.aircraft, inputs.ground
+    if inputs.bird is None:
+        return {"carrier": compute_field(scenario, aircraft, flight, ground=ground, progress=report)}
+    return compute_tow_field(scenario, aircraft, inputs.bird, flight, ground=ground, progress=report)
+
+
+def compute_fields(loaded: LoadedScenario, flight: Flight, *, progress: Share | None = None) -> dict[str, FieldTruth]:
+    """Return the true field of a finished flight by what carries the sensors: ``carrier``, and ``bird`` with a tow."""
+    return compute_inputs(FieldInputs.of(loaded), flight, progress)
+
+
+def _step(progress: Progress | None, name: str) -> Share:
+    return (lambda _share: None) if progress is None else (lambda share: progress(name, share))
