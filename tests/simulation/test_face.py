@@ -27,7 +27,7 @@ def flown(monkeypatch: pytest.MonkeyPatch) -> list[LoadedScenario]:
         scenarios.append(scenario)
         raise Flown
 
-    monkeypatch.setattr("magsim.simulation.fly", fly)
+    monkeypatch.setattr("magsim.simulation.simulator.fly", fly)
     return scenarios
 
 
