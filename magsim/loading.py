@@ -15,7 +15,7 @@ from magsim.config import Document
 from magsim.errors import RequestError
 from magsim.planning import FlyableScenario, check_swell
 from magsim.population import what_is_flown
-from magsim.scenario import Scenario, Tow, TrackLog, TrackPattern, ground_of
+from magsim.scenario import Scenario, Tow, TrackLog, TrackPattern, ground_of, resting_settings
 from magsim.scenario.tracklog import TrackProblemsError, read_track, start_of
 from magsim.terrain import Ground
 
@@ -62,6 +62,15 @@ class LoadedScenario:
     def placed(self, text: str) -> str:
         """Return a message that begins with a key of the scenario with file and line; any other unchanged."""
         return text if self.document is None else self.document.placed(text)
+
+    @property
+    def resting(self) -> tuple[str, ...]:
+        """Settings of the file that have no effect, one line for each table; empty where it was not read from one."""
+        if self.document is None:
+            return ()
+        vehicles = [self.aircraft] if self.bird is None else [self.aircraft, self.bird]
+        found = resting_settings(self.scenario, self.document.table, vehicles)
+        return tuple(self.placed(f"{key}: {text}") for key, text in found)
 
     def changed(self, overrides: Sequence[str]) -> "LoadedScenario":
         """Return the scenario with further overrides on top of its own.

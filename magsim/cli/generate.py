@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from magsim.cli.messages import warn
+from magsim.cli.messages import print_error, warn
 
 
 @click.command(short_help="Fly a scenario and write its recording.")
@@ -37,6 +37,8 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     loaded = load_scenario(scenario, overrides)
     target = output or Path(f"{loaded.name}.h5")
     storage.check_target(target, force=force)
+    for line in loaded.resting:
+        print_error(f"warning: {line}")
 
     with delayed():
         from magsim.simulation import simulate

@@ -10,7 +10,7 @@ Problems that an override caused begin with ``--set key.path`` instead of file a
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, ClassVar, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
@@ -38,6 +38,9 @@ class Strict(BaseModel):
     """Frozen settings that refuse unknown keys and values of the wrong type."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, validate_default=True)
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Keys that have an effect only beside others of their table, of which at least one must not be zero or empty."""
 
 
 def _as_list(value: object) -> object:

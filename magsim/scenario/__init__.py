@@ -47,6 +47,7 @@ from magsim.scenario.patterns import (
 from magsim.scenario.payload import Loading
 from magsim.scenario.physics import Earth, EddyPart, FieldSettings, MemoryPart
 from magsim.scenario.place import GroundPoint
+from magsim.scenario.resting import resting_settings
 from magsim.scenario.start import FlightSettings, Start, Sway
 from magsim.scenario.swell import Swell
 from magsim.scenario.terrain import FlatTerrain, FractalTerrain, GridTerrain, Terrain, ground_of
@@ -129,4 +130,5 @@ __all__ = [
     "ground_of",
     "key_of",
     "parts_of",
+    "resting_settings",
 ]

@@ -41,7 +41,7 @@ class Electronics(FieldPart):
     """Currents in the wiring."""
 
     least_times_on: int = Field(
-        default=0,
+        default=3,
         ge=0,
         le=100,
         description="loads of kind duty cycle faster where they would be on fewer times in the training rows; 0: never",

@@ -275,6 +275,12 @@ class SurveyPattern(PatternBase):
     Lines are the legs of the first circuit, tie lines those of the second.
     """
 
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "tie_spacing_m": ("ties",),
+        "tie_overlap_m": ("ties",),
+        "climb_slope": ("drape_m",),
+    }
+
     kind: Literal["survey"] = "survey"
     lead_s: NonNegative = Field(default=5.0, le=120.0, description="flown on a line's course before it begins")
     lines: int = Field(default=4, ge=1, le=500, description="number of lines")

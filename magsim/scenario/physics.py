@@ -1,6 +1,7 @@
 """Which parts of the field are on."""
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -15,6 +16,8 @@ from magsim.scenario.variation import Variation
 
 class Departure(Strict):
     """What the main field has and its model has not: waves of 5 to 500 km, and a vector that changes over hours."""
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"seed": ("scale",)}
 
     enabled: bool | None = Field(default=None, description="left out: on, unless the field is without gradient")
     scale: NonNegative = Field(default=1.0, le=100.0, description="1: the error that WMM2025 states for itself")
@@ -92,6 +95,8 @@ class HingedPart(FieldPart):
 
 class MemoryPart(FieldPart):
     """Hysteresis and viscosity of the steel."""
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"start": ("hysteresis", "viscosity")}
 
     hysteresis: bool = True
     viscosity: bool = True

@@ -1,7 +1,8 @@
 """The tow: a bird on a rope under the carrier."""
 
 import math
-from typing import Literal
+from collections.abc import Mapping
+from typing import ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -34,6 +35,8 @@ class TowBody(Strict):
 
 class Gusts(Strict):
     """Gusts at the bird besides the air around the carrier: noise of first order on each axis."""
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"length_m": ("speed_mps",)}
 
     speed_mps: NonNegative = Field(default=0.3, le=10.0, description="standard deviation on each axis")
     length_m: Positive = Field(default=150.0, le=5000.0, description="length scale; over the airspeed, a time")

@@ -1,5 +1,8 @@
 """Time variation of the field by ionosphere and magnetosphere, the same over a whole survey."""
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from pydantic import Field
 
 from magsim.config import Strict, Vector
@@ -8,6 +11,8 @@ from magsim.scenario.base import NonNegative, Positive
 
 class Variation(Strict):
     """Daily variation, pulsations and drift; vectors north, east, down."""
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"drift_s": ("drift_nt",)}
 
     enabled: bool = True
     sq_nt: Vector = Field(

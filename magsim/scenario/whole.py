@@ -1,7 +1,7 @@
 """A whole scenario: one flight, complete."""
 
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, ValidationInfo, field_validator
@@ -48,6 +48,8 @@ Pattern = Annotated[
 
 class RecordingSettings(Strict):
     """The rows that are written, and which of them serve for training."""
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"valid_legs": ("train_circuits",)}
 
     rate_hz: int = Field(default=10, ge=5, le=20, description="rows a second; divides flight.step_hz")
     truth: Literal["full", "sum", "none"] = Field(

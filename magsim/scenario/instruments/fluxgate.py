@@ -34,6 +34,7 @@ class FluxgateSensor(Sensor, InstrumentClock, PresetTable):
     """A three-axis fluxgate: docs/instruments.md."""
 
     PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = FLUXGATES
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"reference_c": ("offset_drift_nt_c", "scale_drift_ppm_c")}
 
     preset: Literal["fluxgate_survey"] | None = None
     noise_nt_rthz: NonNegative = Field(default=0.015, description="white noise density of each axis")
@@ -74,6 +75,8 @@ class FluxgateSensor(Sensor, InstrumentClock, PresetTable):
 
 class Cabin(Strict):
     """Temperature of the instruments: an approach of first order, and a slow wander from the seed."""
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"wander_s": ("wander_c",)}
 
     start_c: float = Field(default=20.0, ge=-60.0, le=80.0, description="at the first row")
     settled_c: float = Field(default=20.0, ge=-60.0, le=80.0, description="after a long time")

@@ -1,6 +1,7 @@
 """Instruments that measure height: barometer and radar altimeter."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -12,6 +13,8 @@ Qnh = Annotated[float, Field(ge=85_000.0, le=110_000.0)]
 
 class Barometer(InstrumentClock):
     """A barometer: static pressure, and the height of the standard atmosphere that belongs to it."""
+
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {"correlation_s": ("drift_pa",)}
 
     qnh_pa: Qnh = Field(default=101_325.0, description="pressure of the day at the sea")
     setting_pa: Qnh = Field(default=101_325.0, description="pressure that the height is counted from")

@@ -65,6 +65,13 @@ class Ins(InstrumentClock, PresetTable):
     """
 
     PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = UNITS
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "heading_recovery_s": ("heading_coupling",),
+        "heading_factor": ("attitude_drift_deg", "attitude_noise_deg"),
+        "correlation_s": ("attitude_drift_deg", "position_drift_m", "velocity_drift_mps"),
+        "acc_correlation_s": ("acc_drift_mps2",),
+        "rate_correlation_s": ("rate_drift_dps",),
+    }
 
     preset: Literal["ins_survey", "ins_mems"] | None = None
     position_m: Vector | None = Field(

@@ -64,6 +64,11 @@ class ScalarSensor(Sensor, InstrumentClock, PresetTable):
     """A total-field magnetometer: docs/instruments.md."""
 
     PRESETS: ClassVar[Mapping[str, Mapping[str, object]]] = SCALARS
+    NEEDS: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "axis_b": ("heading_cos_nt", "heading_cos2_nt", "heading_switch_nt", "dead_polar_deg", "dead_equator_deg"),
+        "counter_tag": ("counter_s",),
+        "relock_s": ("dead_polar_deg", "dead_equator_deg", "range_nt"),
+    }
 
     preset: Literal["cs_vapor", "cs_quiet"] | None = None
     noise_nt_rthz: NonNegative = Field(default=0.004, description="white noise density")
