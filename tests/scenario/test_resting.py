@@ -77,7 +77,8 @@ def test_keys_beside_a_switch_that_is_off_are_reported(model: type[BaseModel]):
 def test_a_feeder_that_is_off_has_no_parameters():
     base = "field.electronics.feeders.strobe"
     found = resting("electronics_c208b", {f"{base}.enabled": "false", f"{base}.current_a": "3.0"})
-    assert [line.split("feeders.")[1] for line in found] == ["strobe: period_s, current_a have no effect with enabled = false"]
+    wanted = "strobe: period_s, current_a have no effect with enabled = false"
+    assert [line.split("feeders.")[1] for line in found] == [wanted]
 
 
 def test_needs_name_keys_of_their_models():
