@@ -22,7 +22,7 @@ def demo(output: Path, quiet: bool) -> None:
     Circuit 1 of the flight is for fitting, its last leg for validation, circuit 2 for the comparison with the truth.
     """
     from magsim.cli.interrupts import delayed
-    from magsim.cli.progress import stages, training
+    from magsim.cli.progress import simulating, training
 
     with delayed():
         from magsim.experiments.demo import run_demo
@@ -31,7 +31,7 @@ def demo(output: Path, quiet: bool) -> None:
     result = run_demo(
         output,
         announce=announce,
-        simulating=lambda: stages(quiet=quiet),
+        simulating=lambda: simulating(quiet=quiet),
         training=lambda: training(quiet=quiet),
     )
     click.echo(result.report.to_text(), nl=False)

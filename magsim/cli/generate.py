@@ -31,7 +31,7 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
 
     with delayed():
         from magsim import storage
-        from magsim.cli.progress import stages
+        from magsim.cli.progress import simulating
         from magsim.loading import load_scenario
 
     loaded = load_scenario(scenario, overrides)
@@ -43,7 +43,7 @@ def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], for
     with delayed():
         from magsim.simulation import simulate
 
-    with stages(quiet=quiet) as progress:
+    with simulating(quiet=quiet) as progress:
         recording = simulate(loaded, progress=progress)
     recording.write(target, force=force)
     warn([recording])

@@ -30,15 +30,17 @@ def map_(
     """
     from magsim import plots, storage
     from magsim.aircraft import load_aircraft
+    from magsim.cli.progress import simulating
     from magsim.experiments.mount_report import check_output, draw_map, flight_of, flown_aircraft, make_map, write_page
 
     if output is not None:
         check_output(output)
         storage.check_target(output, force=force)
     loaded = load_aircraft(aircraft)
-    recording = flight_of(loaded, flight)
-    loaded = flown_aircraft(loaded, recording)
-    whole = make_map(loaded, recording, spacing_m=spacing)
+    with simulating():
+        recording = flight_of(loaded, flight)
+        loaded = flown_aircraft(loaded, recording)
+        whole = make_map(loaded, recording, spacing_m=spacing)
     if output is not None:
         figure = draw_map(loaded, recording, whole)
         if output.suffix.lower() == ".html":

@@ -51,6 +51,21 @@ def stages(*, quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
 
 
 @contextmanager
+def simulating(*, quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """Bars as those of ``stages``, with one more for each result that is not in the cache: steel, skin, response.
+
+    Yields
+    ------
+    callable
+        ``report(stage, fraction)``.
+    """
+    from magsim.storage import reported
+
+    with stages(quiet=quiet) as report, reported(lambda kind, share: report(kind.replace("_", " "), share)):
+        yield report
+
+
+@contextmanager
 def training(*, quiet: bool = False) -> Iterator[Callable[["Progress"], None]]:
     """Show loss, validation error and remaining time: bars on a terminal, else one line for each tenth of a run.
 

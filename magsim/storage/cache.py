@@ -5,7 +5,8 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextvars import ContextVar
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,11 @@ FORMAT = 1
 
 KEEP, KEEP_BYTES = 1000, 512 * 2**20
 """Most entries of one kind, and most bytes of all of them; the oldest go first."""
+
+Report = Callable[[str, float], None]
+"""Called with the kind of a result and its share done, 0 or 1."""
+
+_REPORT: ContextVar[Report | None] = ContextVar("report", default=None)
 
 _CHECKSUM = "checksum"
 _KIND = re.compile(r"[a-z][a-z0-9_-]*")
@@ -63,13 +69,32 @@ def cached(
         stored = _read(path)
         if stored is not None:
             return stored
+    report = _REPORT.get() or (lambda _kind, _share: None)
+    report(kind, 0.0)
     made = {name: _frozen(name, array) for name, array in make().items()}
+    report(kind, 1.0)
     if path is not None:
         with contextlib.suppress(OSError, MagsimError):
             path.parent.mkdir(parents=True, exist_ok=True)
             atomic_write(path, lambda temporary: _write(temporary, made), force=True)
             _drop_old(path.parent)
     return made
+
+
+@contextlib.contextmanager
+def reported(report: Report) -> Iterator[None]:
+    """Report every result that ``cached`` computes inside, because it is not in the cache.
+
+    Parameters
+    ----------
+    report : callable
+        ``report(kind, share)``: share 0 before a result is computed, 1 after. One result may need another.
+    """
+    token = _REPORT.set(report)
+    try:
+        yield
+    finally:
+        _REPORT.reset(token)
 
 
 def cache_folder() -> Path | None:

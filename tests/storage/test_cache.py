@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from magsim.storage import cache as caching
-from magsim.storage import cache_folder, cached
+from magsim.storage import cache_folder, cached, reported
 
 
 @pytest.fixture
@@ -44,6 +44,21 @@ def test_the_same_key_is_computed_once_and_returns_the_same_bits(cache):
     assert make.calls == 1
     assert same(first, again)
     assert not any(array.flags.writeable for array in [*first.values(), *again.values()])
+
+
+def test_what_is_computed_is_reported_and_what_is_known_is_not(cache):
+    told: list[tuple[str, float]] = []
+
+    def outer() -> dict[str, np.ndarray]:
+        return cached("inner", "k", Maker())
+
+    cached("before", "k", Maker())
+    with reported(lambda kind, share: told.append((kind, share))):
+        cached("outer", "k", outer)
+        cached("outer", "k", outer)
+        cached("before", "k", Maker())
+    cached("after", "k", Maker())
+    assert told == [("outer", 0.0), ("inner", 0.0), ("inner", 1.0), ("outer", 1.0)]
 
 
 @pytest.mark.parametrize("other", [("part", {"a": 2}), ("other", {"a": 1}), ("part", "a")])
