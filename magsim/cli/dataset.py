@@ -58,15 +58,25 @@ def build(  # noqa: PLR0917 - the options
 @dataset.command(short_help="Check an existing data set.")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--recipe", metavar="NAME|PATH", help="Recipe to compare with; default the shipped one of its name.")
-def check(folder: Path, recipe: str | None) -> None:
-    """Check the files of FOLDER against their checksums and against the manifest of their data set.
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress.")
+def check(folder: Path, recipe: str | None, quiet: bool) -> None:
+    """Check the files of FOLDER against their checksums and against the manifest or the index of their data set.
 
     The exit code is 0 if all is right, else 3, with a line for each difference.
     """
     from magsim import assets
-    from magsim.dataset import Dataset
+    from magsim.dataset import MANIFEST, Dataset, index_differences, parquet
+    from magsim.errors import DataError
     from magsim.generation import check_folder, reference_of
 
+    if parquet.is_there(folder):
+        lines = index_differences(folder, None if quiet else lambda text: click.echo(text, err=True))
+        if lines:
+            raise DataError("\n".join(lines))
+        if not (folder / MANIFEST).is_file():
+            count = len(Dataset(folder))
+            click.echo(f"{folder}: as {parquet.INDEX} lists it: {count} flights; there is no recipe to compare with")
+            return
     name = Dataset(folder).manifest.dataset
     known = name in assets.list_datasets()
     place = assets.dataset_dir(recipe or name) if recipe or known else None

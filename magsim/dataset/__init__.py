@@ -1,5 +1,6 @@
 """Data: folders of recordings with their manifests, groups that belong together, training and test rows."""
 
+from magsim.dataset.checking import index_differences
 from magsim.dataset.folder import Dataset
 from magsim.dataset.groups import Data, Group, flights_of, groups_of
 from magsim.dataset.index import FlightInfo, split_rows
@@ -19,6 +20,7 @@ __all__ = [
     "Training",
     "flights_of",
     "groups_of",
+    "index_differences",
     "pick_sensor",
     "pieces_to_judge",
     "read_bounded",

@@ -1,32 +1,43 @@
 """A data set: a folder of recording files, its flights and splits, and the manifest that lists them.
 
 ``manifest.json`` lists the files that belong to the data set, with their checksums, and the kind of machine that made
-them. A folder without one is a data set too, of all its recording files.
+them. ``index.parquet`` lists thousands of flights, so that a folder opens without a look into its files. A folder
+without either is a data set too, of all its recording files.
 """
 
-from collections.abc import Iterator, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from magsim import columns
+from magsim.dataset import parquet
+from magsim.dataset.checking import index_differences, manifest_differences
 from magsim.dataset.index import FlightInfo, index_file, recording_files
 from magsim.dataset.manifest import MANIFEST, Manifest, read_manifest
 from magsim.errors import DataError, RequestError
-from magsim.recording import Recording, read_recordings
+from magsim.recording import Recording
 from magsim.recording.windows import Windows
-from magsim.storage import checksum, inspection
+from magsim.storage import inspection
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Dataset:
     """A folder of recording files.
 
-    Hidden files, such as those that are being written, do not count. Flights are read when they are asked for.
+    Hidden files, such as those that are being written, do not count. Flights are read when they are asked for. With an
+    index, and pyarrow to read it, no file is opened before that: what opens it first checks it. Without one, every file
+    is checked and opened at once.
 
     Parameters
     ----------
     folder : Path or str
     check : bool
-        Compare every file with the checksum in the manifest.
+        Compare every file with its checksum in the manifest or in the index.
 
     Attributes
     ----------
@@ -39,9 +50,10 @@ class Dataset:
     Raises
     ------
     RequestError
-        If there is no such folder, or it has no recording; with ``check``, if it has no manifest.
+        If there is no such folder, or it has no recording; with ``check``, if it has neither manifest nor index.
     DataError
-        If a file is no recording or is damaged, two flights have one name, or a checksum differs.
+        If the index does not fit the files; without an index, if a file is no recording or is damaged, or two flights
+        have one name; with ``check``, if a checksum differs.
     """
 
     def __init__(self, folder: Path | str, *, check: bool = False) -> None:
@@ -52,23 +64,19 @@ class Dataset:
         self.files = recording_files(self.folder)
         if check:
             self.check()
-        inspection.inspect_many(self.files)
-        self.flights: dict[str, FlightInfo] = {}
-        for path in self.files:
-            for info in index_file(path):
-                if info.name in self.flights:
-                    msg = f"{path}: flight {info.name!a} is in {self.flights[info.name].file_name} already"
-                    raise DataError(msg)
-                self.flights[info.name] = info
+        self.flights: Mapping[str, FlightInfo]
+        if parquet.is_there(self.folder):
+            self.flights = parquet.read_flights(self.folder / parquet.INDEX, self.files)
+        else:
+            self.flights = _flights_by_name(self.files)
 
     def __len__(self) -> int:
         """Return the number of flights."""
         return len(self.flights)
 
     def __iter__(self) -> Iterator[Recording]:
-        """Yield all flights, one file in memory at a time."""
-        for path in self.files:
-            yield from read_recordings(path)
+        """Yield all flights, one in memory at a time."""
+        return (info.read() for info in self.flights.values())
 
     def __getitem__(self, name: str) -> Recording:
         """Read the flight of a name.
@@ -79,7 +87,7 @@ class Dataset:
             If there is none.
         """
         if name not in self.flights:
-            msg = f"{self.folder}: there is no flight {name!r}; it has {', '.join(list(self.flights)[:12])}"
+            msg = f"{self.folder}: there is no flight {name!r}; it has {', '.join(islice(self.flights, 12))}"
             raise KeyError(msg)
         return self.flights[name].read()
 
@@ -87,6 +95,21 @@ class Dataset:
     def manifest(self) -> Manifest:
         """The manifest; see ``read_manifest`` for what it raises."""
         return read_manifest(self.folder / MANIFEST)
+
+    @property
+    def index(self) -> "pd.DataFrame":
+        """The index as a pandas DataFrame: a row for each flight, with what was varied and what came of it.
+
+        Failed flights have rows too: ``index[index.flown]`` has none of them. ``name`` is that of the recording.
+
+        Raises
+        ------
+        RequestError
+            If the folder has none, or pyarrow is not installed.
+        DataError
+            If it is no index.
+        """
+        return parquet.read_frame(self.folder / parquet.INDEX)
 
     def split(self, name: str) -> list[Recording]:
         """Read the rows of one split of every flight that has any: ``split("train")``.
@@ -124,21 +147,34 @@ class Dataset:
         return Windows(paths, rows=rows, role=role, names=names, splits=splits)
 
     def check(self) -> None:
-        """Compare names and checksums of the files with the manifest.
+        """Compare names and checksums of the files with the manifest and with the index, reading every file.
 
         Raises
         ------
         RequestError
-            If there is no manifest.
+            If there is neither.
         DataError
             If anything differs: one line for each file.
         """
-        listed = {entry.name: entry for entry in self.manifest.files}
-        present = {path.name: path for path in self.files}
-        lines = [f"{self.folder / name}: is missing, {MANIFEST} lists it" for name in listed if name not in present]
-        lines += [f"{path}: {MANIFEST} does not list it" for name, path in present.items() if name not in listed]
-        for name, path in present.items():
-            if name in listed and checksum.checksum_state(path).digest != listed[name].sha256:
-                lines.append(f"{path}: is not the file that {MANIFEST} lists: its sha256 differs")
+        indexed = parquet.is_there(self.folder)
+        lines = index_differences(self.folder) if indexed else []
+        if (self.folder / MANIFEST).is_file() or not indexed:
+            lines += manifest_differences(self.folder, self.manifest, self.files)
         if lines:
-            raise DataError("\n".join(lines))
+            raise DataError("\n".join(dict.fromkeys(lines)))
+
+
+def _flights_by_name(files: Sequence[Path]) -> dict[str, FlightInfo]:
+    """Open every file and list its flights."""
+    if (files[0].parent / parquet.INDEX).is_file():
+        msg = f"{files[0].parent}: all {len(files)} files are opened, since pyarrow, which reads the index, is missing"
+        warnings.warn(msg, stacklevel=3)
+    inspection.inspect_many(files)
+    flights: dict[str, FlightInfo] = {}
+    for path in files:
+        for info in index_file(path):
+            if info.name in flights:
+                msg = f"{path}: flight {info.name!a} is in {flights[info.name].file_name} already"
+                raise DataError(msg)
+            flights[info.name] = info
+    return flights

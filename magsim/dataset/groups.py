@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 
+from magsim.dataset import parquet
 from magsim.dataset.folder import Dataset
 from magsim.dataset.index import FlightInfo, index_file, recording_files
 from magsim.dataset.manifest import MANIFEST, FileEntry, read_manifest
@@ -54,11 +55,11 @@ def _flights(data: Data) -> Iterator[FlightInfo]:
     if isinstance(data, Recording):
         yield FlightInfo.of(data)
     elif isinstance(data, Dataset):
-        yield from _of_files(data.files, _listed(data.folder))
+        yield from _of_folder(data.folder, data.files)
     elif isinstance(data, Path | str):
         path = Path(data)
         if path.is_dir():
-            yield from _of_files(recording_files(path), _listed(path))
+            yield from _of_folder(path, recording_files(path))
         else:
             yield from _of_files([path], _listed_beside(path))
     elif isinstance(data, Iterable):
@@ -86,6 +87,17 @@ def _listed_beside(path: Path) -> dict[str, FileEntry]:
         return {}
 
 
+def _of_folder(folder: Path, files: Sequence[Path]) -> Iterator[FlightInfo]:
+    """Yield the flights of a folder: those of its index where it has one that can be read."""
+    listed = _listed(folder)
+    if not parquet.is_there(folder):
+        yield from _of_files(files, listed)
+        return
+    for info in parquet.read_flights(folder / parquet.INDEX, files).values():
+        entry = listed.get(info.file_name)
+        yield info if entry is None or entry.group is None else replace(info, group=entry.group, level=entry.level)
+
+
 def _of_files(files: Sequence[Path], listed: Mapping[str, FileEntry]) -> Iterator[FlightInfo]:
     """Yield the flights of files, with what a manifest states of them."""
     if len(files) > 1:
@@ -99,7 +111,8 @@ def _of_files(files: Sequence[Path], listed: Mapping[str, FileEntry]) -> Iterato
 def groups_of(data: Data) -> tuple[Group, ...]:
     """Sort flights into groups.
 
-    A manifest that names groups decides. Else, where every file holds both training and test rows, each file is a
+    A manifest that names groups decides. Else, in a folder with an index, each flight is a group if every flight holds
+    both training and test rows, and all flights are one group if not. Else, where every file holds both, each file is a
     group. Else all that was given is one group.
 
     Parameters
@@ -123,10 +136,13 @@ def groups_of(data: Data) -> tuple[Group, ...]:
         keys = [(_folder(info), Path(info.file_name).stem) for info in flights]
     else:
         return (Group(EVERYTHING, flights),) if flights else ()
+    members: dict[tuple[str, str], list[FlightInfo]] = {}
+    for info, key in zip(flights, keys, strict=True):
+        members.setdefault(key, []).append(info)
     found: dict[str, Group] = {}
-    for key in dict.fromkeys(keys):
+    for key, own in members.items():
         name = _unused(key[1], found)
-        found[name] = Group(name, tuple(info for info, own in zip(flights, keys, strict=True) if own == key))
+        found[name] = Group(name, tuple(own))
     return tuple(found.values())
 
 

@@ -278,7 +278,8 @@ def flight_groups(root: hdf5.Reader) -> list[hdf5.Reader]:
 
 def flight_name(group: hdf5.Reader) -> str:
     """Name of a flight."""
-    return str(group.attributes().get("name", ""))
+    name = group.attribute("name")
+    return "" if name is None else str(name)
 
 
 def read_one(path: Path, name: str | None = None) -> StoredFlight:

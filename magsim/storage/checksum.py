@@ -5,6 +5,7 @@ It follows the end that HDF5 records for the file, so every HDF5 library reads t
 
 import hashlib
 import re
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,20 @@ from magsim.files import first_bytes
 _LINE = re.compile(rb"magsim-sha256:([0-9a-f]{64})\n")
 CHECKSUM_BYTES = len("magsim-sha256:") + 64 + 1
 _MAGIC = b"\x89HDF\r\n\x1a\n"
+
+SETTLED_S = 2.0
+"""A file that changed less than this ago may change again without a new time stamp, so it is not recognized."""
+
+_KNOWN: dict["Stamp", "ChecksumState"] = {}
+
+Stamp = tuple[int, int, int, int, int]
+"""What the system says of a file: device, number, size, times of the last change of content and of state [ns]."""
+
+
+def stamp_of(path: Path) -> Stamp:
+    """Return what the system says of a file; any change of the file changes it, but see ``SETTLED_S``."""
+    found = path.stat()
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
 def append_checksum(path: Path) -> str:
@@ -49,6 +64,28 @@ class ChecksumState:
     kind: str
     reason: str
     digest: str
+
+
+def known_state(path: Path) -> ChecksumState:
+    """Return ``checksum_state`` of a file, without reading it again if it has not changed since this process did.
+
+    Raises
+    ------
+    RequestError, DataError
+        As ``checksum_state``.
+    """
+    try:
+        stamp = stamp_of(path)
+    except (OSError, ValueError):
+        return checksum_state(path)  # raises what is wrong with the path
+    known = _KNOWN.get(stamp)
+    if known is None:
+        known = checksum_state(path)
+        if time.time() - max(stamp[3:]) / 1e9 > SETTLED_S and stamp_of(path) == stamp:
+            if len(_KNOWN) >= 20_000:
+                _KNOWN.clear()
+            _KNOWN[stamp] = known
+    return known
 
 
 def checksum_state(path: Path) -> ChecksumState:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from magsim.errors import DataError, MagsimError
-from magsim.storage.checksum import append_checksum, checksum_state
+from magsim.storage.checksum import append_checksum, checksum_state, known_state
 from magsim.storage.inspection import damage_of, inspect, note_result
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def open_untrusted(path: Path, *, also: Collection[str] = (), ignore_checksum: b
     DataError
         If it is no HDF5 file, or is damaged; also if that shows only while it is read.
     """
-    state = checksum_state(path)
+    state = checksum_state(path) if ignore_checksum else known_state(path)
     if state.kind == "broken" and not ignore_checksum:
         msg = f"{path}: {state.reason}"
         raise DataError(msg)
@@ -202,19 +202,22 @@ class Reader:
 
     def attributes(self) -> dict[str, str | int | float]:
         """Return the attributes that are one text or one number; others are left out."""
-        out: dict[str, str | int | float] = {}
-        for name in sorted(self._group.attrs):
-            found = self._group.attrs.get_id(name)
-            if found.shape != () or found.get_storage_size() > 2**20 or found.dtype.hasobject:
-                continue
-            value = self._group.attrs[name]
-            if isinstance(value, bytes | np.bytes_):
-                out[name] = bytes(value).decode("utf-8")
-            elif isinstance(value, str | np.str_):
-                out[name] = str(value)
-            elif isinstance(value, np.integer | np.floating):
-                out[name] = value.item()
-        return out
+        found = ((name, self.attribute(name)) for name in sorted(self._group.attrs))
+        return {name: value for name, value in found if value is not None}
+
+    def attribute(self, name: str) -> str | int | float | None:
+        """Return an attribute that is one text or one number; None if it is something else or absent."""
+        if name not in self._group.attrs:
+            return None
+        found = self._group.attrs.get_id(name)
+        if found.shape != () or found.get_storage_size() > 2**20 or found.dtype.hasobject:
+            return None
+        value = self._group.attrs[name]
+        if isinstance(value, bytes | np.bytes_):
+            return bytes(value).decode("utf-8")
+        if isinstance(value, str | np.str_):
+            return str(value)
+        return value.item() if isinstance(value, np.integer | np.floating) else None
 
     def texts_attribute(self, member: str, name: str) -> list[str]:
         """Return an attribute of a member that is a list of texts."""

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from magsim.errors import DataError, MagsimError
-from magsim.storage.checksum import checksum_state
+from magsim.storage.checksum import known_state
 
 INSPECTOR = Path(__file__).with_name("inspector.py")
 """Program that reads a whole file in a process of its own."""
@@ -36,7 +36,7 @@ def inspect_many(paths: Sequence[Path]) -> None:
     states = []
     for path in paths:
         with contextlib.suppress(MagsimError):  # raised again on opening
-            states.append((path, checksum_state(path)))
+            states.append((path, known_state(path)))
     wanted = [(path, state.digest) for path, state in states if state.kind != "broken" and state.digest not in _RESULTS]
     for start in range(0, len(wanted) if len(wanted) > 1 else 0, _BATCH):
         batch = wanted[start : start + _BATCH]

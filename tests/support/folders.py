@@ -1,10 +1,12 @@
 """Small folders of recordings."""
 
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from magsim.dataset import FileEntry, Manifest
+from magsim.dataset import FileEntry, Manifest, parquet
+from magsim.dataset.index import index_file
 from magsim.recording import Recording
 from magsim.storage import checksum
 
@@ -31,3 +33,33 @@ def manifest_of(folder: Path, **entries: dict[str, object]) -> Manifest:
         for path in sorted(folder.glob("*.h5"))
     )
     return Manifest(manifest=1, dataset="some", made_on={}, files=files)
+
+
+def write_index_of(
+    folder: Path,
+    further: dict[str, str] | None = None,
+    values: Callable[[str], dict[str, object]] = lambda name: {},
+    failed: int = 0,
+) -> Path:
+    """Write the index of the files of a folder, with further columns and rows of flights that failed."""
+
+    def rows() -> Iterator[dict[str, object]]:
+        flight = 0
+        for path in sorted(folder.glob("*.h5")):
+            sha256 = checksum.checksum_state(path).digest
+            for info in index_file(path):
+                splits = {f"{split}_rows": info.splits.get(split, 0) for split in ("train", "valid", "test")}
+                place = {"file": path.name, "number": info.number, "rows": info.rows, **splits}
+                about = {"duration_s": 0.1 * (info.rows - 1), "digest": "d", "seed": 7, "sha256": sha256}
+                known = {"flight": flight, "name": info.name, "flown": True, "failure": None}
+                yield known | place | about | values(info.name)
+                flight += 1
+        for number in range(failed):
+            none = dict.fromkeys(("rows", "train_rows", "valid_rows", "test_rows"), 0)
+            known = {"flight": flight + number, "name": f"lost_{number}", "flown": False, "failure": "stalled"}
+            about = {"file": None, "number": -1, "duration_s": 0.0, "digest": "d", "seed": 7, "sha256": None}
+            yield known | about | none | {"duration_s": float("nan")}
+
+    path = folder / parquet.INDEX
+    parquet.write_index(path, rows(), further or {})
+    return path
