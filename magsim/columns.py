@@ -22,7 +22,7 @@ BACKGROUND = ("earth", "departure", "crust", "target", "variation", "swell")
 """Parts of the field at a sensor that exist without the aircraft."""
 
 PLATFORM = (
-    *("permanent", "hinged", "controls", "suspension", "propeller"),
+    *("permanent", "hinged", "controls", "suspension", "crew", "propeller"),
     *("induced", "memory", "eddy", "electronics", "carrier"),
 )
 """Parts of the field at a sensor from the platform: the interference. ``carrier``: of the towing carrier, at a bird."""

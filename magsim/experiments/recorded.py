@@ -73,6 +73,11 @@ class RecordedExcitation:
                 return load_g(np.column_stack([self._recording[name] for name in names]))
         return np.zeros((len(self.ambient_b), 3))
 
+    def posture(self, person: str) -> np.ndarray:
+        """Return that of a person who sits still, (1, 4): no recording holds more."""
+        del person
+        return np.zeros((1, 4))
+
     def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
         """Return the mean moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""
         del rotor

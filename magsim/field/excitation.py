@@ -13,9 +13,11 @@ from magsim.field.load import load_g, specific_force
 from magsim.field.metal import eddy
 from magsim.field.situation import Situation
 from magsim.field.sources.rotors import Rotation, ShaftDipole, rotating_moment, rotor_rotation, rotor_stream
+from magsim.field.sources.seats import posture
 from magsim.field.stepping import derivative
 from magsim.field.wiring.electronics import Clock, Onboard, onboard, training_spans
 from magsim.scenario import FieldSettings
+from magsim.streams import stream
 
 
 class Excitation(Protocol):
@@ -52,6 +54,9 @@ class Excitation(Protocol):
 
     def load_g(self, place_b: np.ndarray) -> np.ndarray:
         """Return the specific force at a place of the aircraft less that of the parked one, (n, 3) [g] body axes."""
+
+    def posture(self, person: str) -> np.ndarray:
+        """Return how far a person is from the mean posture, and turned, (n, 4) [m], [rad], or (1, 4) at rest."""
 
     def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
         """Return the moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""
@@ -157,6 +162,12 @@ class FlightExcitation:
         """Return the specific force at a place of the aircraft less that of the parked one, (n, 3) [g] body axes."""
         situation = self.situation
         return load_g(specific_force(situation.motion, situation.rot_nb, self.step_s, place_b))
+
+    def posture(self, person: str) -> np.ndarray:
+        """Return how far a person is from the mean posture, and turned about the vertical, (n, 4) [m], [rad]."""
+        scenario, logged_s = self.situation.scenario, self.situation.flight.carrier.time_s
+        random = stream(scenario.seed, f"crew/{scenario.individual}/{scenario.day}/{person}")
+        return posture(random, self.situation.time_s, (float(logged_s[0]), float(logged_s[-1])))
 
     @cached_property
     def rotations(self) -> dict[str, Rotation]:

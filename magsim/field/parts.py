@@ -16,7 +16,7 @@ from magsim.field.hanging import hanging_strengths, rotating_on
 from magsim.field.response import AircraftResponse
 from magsim.field.sources.dipoles import DeflectedDipole
 from magsim.field.sources.memory import remembered
-from magsim.field.sources.moving import LinkedDipole
+from magsim.field.sources.moving import LinkedDipole, SeatedDipole
 from magsim.field.sources.rotors import ShaftDipole, SpinningDipole
 
 GAINS = ("fixed", "metal", "modes", "feeders", "hanging")
@@ -200,6 +200,14 @@ def _controls(excitation: Excitation) -> list[TurningDipole] | None:
     ] or None
 
 
+def _crew(excitation: Excitation) -> list[TurningDipole] | None:
+    return [
+        SeatedDipole(np.array(dipole.position_m), np.array(dipole.moment_am2), excitation.posture(dipole.name))
+        for dipole in excitation.magnetics.permanent
+        if dipole.seated
+    ] or None
+
+
 def _rotating(excitation: Excitation) -> list[TurningDipole] | None:
     sources = [(_on_shaft(excitation, dipole), dipole.rotor) for dipole in excitation.magnetics.rotating]
     return [SpinningDipole(source, excitation.moment(source, rotor)) for source, rotor in sources] or None
@@ -244,6 +252,7 @@ LINEAR: Mapping[str, LinearPart] = {
 TURNING: Mapping[str, TurningPart] = {
     "hinged": TurningPart(_hinged),
     "controls": TurningPart(_controls),
+    "crew": TurningPart(_crew),
     "propeller": TurningPart(_rotating),
 }
 

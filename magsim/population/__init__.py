@@ -7,6 +7,16 @@ seed: individual 7 is the same aircraft in every scenario, and its day 3 the sam
 from magsim.population.days import on_day
 from magsim.population.flown import aircraft_of, what_is_flown
 from magsim.population.individuals import individual_of
-from magsim.population.spreads import DAY, INDIVIDUAL, MAGNETS, Spread
+from magsim.population.spreads import DAY, INDIVIDUAL, MAGNETS, SEATED, Spread
 
-__all__ = ["DAY", "INDIVIDUAL", "MAGNETS", "Spread", "aircraft_of", "individual_of", "on_day", "what_is_flown"]
+__all__ = [
+    "DAY",
+    "INDIVIDUAL",
+    "MAGNETS",
+    "SEATED",
+    "Spread",
+    "aircraft_of",
+    "individual_of",
+    "on_day",
+    "what_is_flown",
+]

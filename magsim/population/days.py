@@ -16,6 +16,9 @@ from magsim.population.spreads import ALUMINUM_PER_K, DAY, MAGNETS, REFERENCE_C
 V = TypeVar("V", bound=Vehicle)
 D = TypeVar("D", bound=Dipole)
 
+SEAT_REACH_M = 0.1
+"""How far off the mean posture a person may be: 0.06 in a posture, with a fidget and sway on top."""
+
 TRIES = 1000
 """Most places that are tried for what is carried."""
 
@@ -89,12 +92,15 @@ def _carried(part: Carried, magnetics: Magnetics, random: np.random.Generator) -
     A box without such a place leaves the last one, which the rules of aircraft files then refuse.
     """
     place: Vector = part.center_m
+    clearance = DIPOLE_CLEARANCE_M + (SEAT_REACH_M if part.seated else 0.0)
     for _ in range(TRIES):
         place = vector(np.array(part.center_m) + np.array(part.size_m) * random.uniform(-0.5, 0.5, 3))
-        if all(math.dist(place, mount.position_m) >= DIPOLE_CLEARANCE_M for mount in magnetics.mounts.values()):
+        if all(math.dist(place, mount.position_m) >= clearance for mount in magnetics.mounts.values()):
             break
     moment = between(random, part.moment_am2) * direction(random)
-    return FixedDipole(name=part.name, position_m=place, moment_am2=vector(moment), source=part.source)
+    return FixedDipole(
+        name=part.name, position_m=place, moment_am2=vector(moment), seated=part.seated, source=part.source
+    )
 
 
 def _conductivity(air_c: float) -> float:

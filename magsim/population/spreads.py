@@ -227,6 +227,66 @@ DAY: Mapping[str, Spread] = {
 }
 """How the days of an individual differ."""
 
+SEATED: Mapping[str, Spread] = {
+    "shift": Spread(
+        "time to the next shift in the seat, to a posture that is kept",
+        "exponential (mean)",
+        (100.0,),
+        "s",
+        "published: 9 in 15 minutes of office work (Davidson, Callaghan, Applied Ergonomics 2025, 104374)",
+    ),
+    "fidget": Spread(
+        "time to the next fidget, there and back",
+        "exponential (mean)",
+        (70.0,),
+        "s",
+        "published: 13 in 15 minutes (the same)",
+    ),
+    "lasting": Spread(
+        "how long a shift takes, and each way of a fidget",
+        "even between two",
+        (1.0, 2.0),
+        "s",
+        "estimate: a trunk that leans over",
+    ),
+    "posture": Spread(
+        "place in a posture over the mean one, forward and right",
+        "even along each axis, either way",
+        (0.04,),
+        "m",
+        "estimate: 5 degrees of the trunk are 4 cm at 0.5 m above the hips",
+    ),
+    "height": Spread(
+        "the same, down",
+        "even, either way",
+        (0.01,),
+        "m",
+        "estimate: a back that slumps",
+    ),
+    "turning": Spread(
+        "turn of a posture about the vertical",
+        "even, either way",
+        (10.0,),
+        "deg",
+        "estimate: looking to the side",
+    ),
+    "fidgeting": Spread(
+        "a fidget over the change from one posture to another",
+        "fixed",
+        (0.4,),
+        "1",
+        "estimate: 1 to 5 degrees of the trunk instead of 5 and more",
+    ),
+    "sway": Spread(
+        "sway along each axis",
+        "Gauss-Markov (standard deviation, correlation time), a value each second, joined smoothly",
+        (0.003, 5.0),
+        "m, s",
+        "estimate: quiet sitting in light air",
+    ),
+}
+"""How people move in their seats during a flight."""
+
 MAGNETS: Mapping[str, tuple[float, str]] = {
     "ferrite": (-0.0020, "estimate: makers' figures of sintered ferrite"),
     "alnico": (-0.0002, "published: about -0.02 %/K (sourcebyspec.com, magnetic material selection)"),

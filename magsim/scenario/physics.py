@@ -131,6 +131,7 @@ class FieldSettings(Strict):
     hinged: HingedPart = HingedPart()
     controls: MovingPart = Field(default=MovingPart(), description="steel of yoke, pedals and cables")
     suspension: MovingPart = Field(default=MovingPart(), description="what hangs on rubber mounts, as it gives way")
+    crew: FieldPart = Field(default=FieldPart(), description="people who move in their seats; aboard on a day")
     propeller: FieldPart = FieldPart()
     induced: FieldPart = FieldPart()
     memory: MemoryPart = MemoryPart()

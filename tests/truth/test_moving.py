@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.field.sources.dipoles import dipole_field
-from magsim.field.sources.moving import LinkedDipole, dipole_gradient
+from magsim.field.sources.moving import LinkedDipole, SeatedDipole, dipole_gradient
 from tests.support.rotations import rotate_about
 
 POINTS = np.array([[0.0, 0.0, 0.0], [-3.0, 0.4, 0.5], [0.3, 0.36, 0.55]])
@@ -55,3 +55,19 @@ def test_the_linear_form_holds_to_second_order(turn, within):
     linear = np.einsum("sic,nc->nsi", dipole.gains(POINTS), dipole.strengths)
     change = np.abs(exact - exact[20]).max()
     assert np.abs(linear - exact).max() < within * change
+
+
+def test_a_person_goes_and_turns_about_the_vertical():
+    posture = np.column_stack([0.04 * np.sin(9.0 * ANGLE), 0.1 * ANGLE, 0.01 * np.cos(5.0 * ANGLE), 0.5 * ANGLE])
+    person = SeatedDipole(PLACE, MOMENT, posture)
+    turned = rotate_about(np.array([0.0, 0.0, 1.0]), posture[:, 3], MOMENT)
+    exact = np.stack([dipole_field(PLACE + posture[:, :3], turned, at) for at in POINTS], axis=1)
+    exact -= dipole_field(PLACE, MOMENT, POINTS)
+    np.testing.assert_allclose(person.at(POINTS), exact, rtol=0, atol=1e-12)
+    moving = np.broadcast_to(POINTS, (len(ANGLE), 3, 3))
+    np.testing.assert_allclose(person.along(moving), exact, rtol=0, atol=1e-12)
+    assert np.abs(SeatedDipole(PLACE, MOMENT, np.zeros((2, 4))).at(POINTS)).max() < 1e-13
+    # The linear form, for ways a hundredth as large.
+    small = SeatedDipole(PLACE, MOMENT, 0.01 * posture)
+    linear = np.einsum("sic,nc->nsi", small.gains(POINTS), small.strengths)
+    np.testing.assert_allclose(linear, small.at(POINTS), rtol=0, atol=5e-3 * np.abs(linear).max())

@@ -15,6 +15,8 @@ DIPOLE_CLEARANCE_M = 0.2
 
 Surface = Literal["elevator", "aileron_left", "aileron_right", "rudder", "flap"]
 
+Seated = Annotated[bool, Field(description="a person, who moves in the seat during a flight")]
+
 
 class Dipole(Strict):
     """A permanent magnetic moment.
@@ -45,6 +47,7 @@ class FixedDipole(Dipole):
         default=None, description="of a part that moves with a seat: from one notch of its rail to the next"
     )
     suspension: Hangs = None
+    seated: Seated = False
 
 
 class Carried(Strict):
@@ -58,6 +61,7 @@ class Carried(Strict):
     moment_am2: Annotated[tuple[NonNegative, NonNegative], BeforeValidator(as_tuple)] = Field(
         description="least and largest, in any direction"
     )
+    seated: Seated = False
     source: Source
 
     @field_validator("moment_am2")
