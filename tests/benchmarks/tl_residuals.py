@@ -140,6 +140,7 @@ EFFECTS = (
     Effect("bending mounts", ("field.flex.enabled=true",)),
     Effect("steel of the controls", ("field.controls.enabled=true",)),
     Effect("engine on rubber mounts", ("field.suspension.enabled=true",)),
+    Effect("crew in their seats, on day 1", ("day=1", "field.variation.enabled=false")),
     Effect("onboard electronics", WIRING),
     Effect("heading error 0.15 cos + 0.1 cos 2", extra=heading_error),
     Effect("gyro shift", extra=gyro_shift),
