@@ -34,9 +34,7 @@ def rows() -> list[Row]:
     legs = flight.segment_columns(acquire.time_s)["turn"] == 0
     for day in range(1, DAYS + 1):
         today = fleets.loaded(0, day)
-        aboard = Situation.of(
-            today.scenario, today.aircraft.magnetics, flight, response, mounts=tuple(MOUNTS.values())
-        )
+        aboard = Situation.of(today.scenario, today.aircraft.magnetics, flight, response, mounts=tuple(MOUNTS.values()))
         crew = PARTS["crew"].field(FlightExcitation(aboard), response, aboard.rows)
         assert crew is not None
         band = in_band(acquire(np.einsum("nsi,ni->ns", crew, direction)), acquire.time_s, legs)
