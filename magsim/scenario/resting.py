@@ -108,6 +108,8 @@ def _of_flight(scenario: Scenario, table: Table, aircraft: Vehicle) -> Iterator[
         yield "air", ("shear",), "without wind_north_mps or wind_east_mps, which it multiplies"
     if scenario.tow is None:
         yield "field.carrier", None, "without a table [tow]"
+    if not any(dipole.seated for dipole in aircraft.magnetics.permanent):
+        yield "field.crew", None, "where nobody is aboard; people come with a day"
     if isinstance(scenario.pattern, TrackPattern):
         moves = ("shear", "gusts", "random_gusts", "turbulence_severity", "turbulence_mps")
         why = "on a logged track, whose motion is that of its file"

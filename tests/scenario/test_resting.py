@@ -146,6 +146,7 @@ def test_a_key_without_what_it_needs_is_reported(path: str):
             {"sensors.cabin.warmup_s": "60.0"},
             "sensors.cabin: warmup_s has no effect where start",
         ),
+        ("patterns/straight", {"field.crew.scale": "2.0"}, "field.crew: scale has no effect where nobody is aboard"),
         ("patterns/straight", {"air.shear": "{kind='log'}"}, "air: shear has no effect without wind_north_mps"),
         ("patterns/track", {"air.wind_east_mps": "5.0"}, "air: wind_east_mps has no effect on a logged track"),
         ("patterns/track", {"loading.fuel_kg": "500.0"}, "loading: fuel_kg has no effect on a logged track"),
@@ -166,6 +167,7 @@ def test_nothing_rests_in_a_shipped_scenario(name: str):
 
 
 def test_a_day_and_a_preset_state_nothing():
+    assert resting("patterns/straight", {"field.crew.scale": "2.0", "day": "3"}) == ()
     assert resting("patterns/straight", {"sensors.ins.preset": "'ins_survey'", "day": "3"}) == ()
 
 
