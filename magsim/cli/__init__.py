@@ -24,7 +24,7 @@ COMMANDS = {
     "import": ("magsim.cli.import_:import_", "Make a recording from a survey file."),
     "plot": ("magsim.cli.plot:plot", "Draw a figure of a recording."),
     "map": ("magsim.cli.map:map_", "Predict where on an aircraft a magnetometer is quiet."),
-    "verify": ("magsim.cli.verify:verify", "Check a recording file in every byte."),
+    "verify": ("magsim.cli.verify:verify", "Check recording files in every byte."),
     "dataset": ("magsim.cli.dataset:dataset", "Build and check data sets."),
     "schema": ("magsim.cli.schema:schema", "Print the JSON schema of scenario files."),
 }

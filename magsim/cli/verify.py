@@ -1,21 +1,39 @@
-"""``magsim verify``: check that a recording file is unchanged."""
+"""``magsim verify``: check that recording files are unchanged."""
 
 from pathlib import Path
 
 import click
 
+from magsim.cli.messages import print_error
 
-@click.command(short_help="Check a recording file in every byte.")
-@click.argument("file", type=click.Path(path_type=Path))
-def verify(file: Path) -> None:
-    """Check FILE against its checksums and against the table of columns.
 
-    Any changed byte is found. The exit code is 0 if the file is sound, else 3, with a line for each difference. FILE is
-    first read by a process of its own, with limits of memory and time.
+@click.command(short_help="Check recording files in every byte.")
+@click.argument("files", nargs=-1, required=True, metavar="FILES...", type=click.Path(path_type=Path))
+@click.pass_context
+def verify(ctx: click.Context, files: tuple[Path, ...]) -> None:
+    """Check FILES, recordings or folders of them, against their checksums and the table of columns.
+
+    Any changed byte is found. A sound file is a line on stdout, each difference a line on stderr. The exit code is 0 if
+    all files are sound, else 3, after all have been checked. Each file is first read by a process of its own, with limits
+    of memory and time.
     """
+    from magsim.errors import DataError, RequestError
+    from magsim.recording.file import files_of
     from magsim.recording.verify import verify as check
 
-    found = check(file)
-    flights = "1 flight" if len(found.flights) == 1 else f"{len(found.flights)} flights"
-    click.echo(f"{file}: sound; {flights}, {found.rows} rows, {found.columns} columns, {found.size} bytes")
-    click.echo(f"sha256 {found.digest}")
+    missing = [f"{path}: there is no such file or folder" for path in files if not path.exists()]
+    if missing:
+        raise RequestError("\n".join(missing))
+    unsound = False
+    for file in dict.fromkeys(path for named in files for path in files_of(named)):
+        try:
+            found = check(file)
+        except DataError as error:
+            unsound = True
+            print_error(str(error))
+            continue
+        flights = "1 flight" if len(found.flights) == 1 else f"{len(found.flights)} flights"
+        held = f"{flights}, {found.rows} rows, {found.columns} columns, {found.size} bytes"
+        click.echo(f"{file}: sound; {held}; sha256 {found.digest}")
+    if unsound:
+        ctx.exit(DataError.exit_code)

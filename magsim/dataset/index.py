@@ -79,11 +79,7 @@ def recording_files(folder: Path) -> tuple[Path, ...]:
     if not folder.is_dir():
         msg = f"{folder}: there is no such folder"
         raise RequestError(msg)
-    files = tuple(sorted(path for path in folder.glob("*.h5") if not path.name.startswith(".")))
-    if not files:
-        msg = f"{folder}: this folder has no recording (*.h5)"
-        raise RequestError(msg)
-    return files
+    return file.files_of(folder)
 
 
 def index_file(path: Path) -> Iterator[FlightInfo]:

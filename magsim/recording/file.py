@@ -223,6 +223,25 @@ def _cf_time(start_utc: str) -> str:
     return start.replace(tzinfo=None).isoformat(sep=" ")
 
 
+def files_of(path: Path) -> tuple[Path, ...]:
+    """Return the recordings that a path means: itself, or the ``*.h5`` files of a folder by name but for hidden ones.
+
+    Hidden ones are being written.
+
+    Raises
+    ------
+    RequestError
+        If a folder has no recording.
+    """
+    if not path.is_dir():
+        return (path,)
+    files = tuple(sorted(file for file in path.glob("*.h5") if not file.name.startswith(".")))
+    if not files:
+        msg = f"{path}: this folder has no recording (*.h5)"
+        raise RequestError(msg)
+    return files
+
+
 def read(path: Path, names: Iterable[str] | None = None) -> tuple[StoredFlight, ...]:
     """Read the flights of a file, or of all ``*.h5`` files of a folder, in the order of their names.
 
@@ -244,15 +263,10 @@ def read(path: Path, names: Iterable[str] | None = None) -> tuple[StoredFlight, 
     DataError
         If a file is no recording, or is truncated or damaged.
     """
-    if path.is_dir():
-        files = sorted(file for file in path.glob("*.h5") if not file.name.startswith("."))
-        if not files:
-            msg = f"{path}: this folder has no recording (*.h5)"
-            raise RequestError(msg)
+    files = files_of(path)
+    if len(files) > 1:
         inspection.inspect_many(files)
-        found = [flight for file in files for flight in _read_file(file, names)]
-    else:
-        found = _read_file(path, names)
+    found = [flight for file in files for flight in _read_file(file, names)]
     missing = set(names or ()) - {flight.name for flight in found}
     if missing:
         msg = f"{path}: there is no flight {min(missing)!a} (magsim info lists them)"

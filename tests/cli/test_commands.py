@@ -1,5 +1,6 @@
 """The command line: output, exit codes, messages."""
 
+import hashlib
 import json
 import os
 import pty
@@ -149,13 +150,39 @@ def test_verify_reports_whether_a_file_is_sound(here, capsys):
     file.write(Path("two.h5"), [small("first"), small("second")])
     assert cli.main(["verify", "two.h5"]) == 0
     size = Path("two.h5").stat().st_size
-    assert capsys.readouterr().out.startswith(f"two.h5: sound; 2 flights, 120 rows, 5 columns, {size} bytes\nsha256 ")
+    digest = hashlib.sha256(Path("two.h5").read_bytes()).hexdigest()
+    sound = f"two.h5: sound; 2 flights, 120 rows, 5 columns, {size} bytes; sha256 {digest}\n"
+    assert capsys.readouterr().out == sound
     data = bytearray(Path("two.h5").read_bytes())
     data[-20] ^= 1
     Path("two.h5").write_bytes(data)
     assert cli.main(["verify", "two.h5"]) == 3
     assert capsys.readouterr().err.startswith("two.h5: is damaged: ")
     assert cli.main(["verify", "no.h5"]) == 2
+
+
+def test_verify_takes_files_and_folders_and_checks_all_of_them(here, capsys):
+    Path("shards").mkdir()
+    for name in ("one.h5", "shards/a.h5", "shards/b.h5"):
+        file.write(Path(name), [small("first")])
+    assert cli.main(["verify", "shards", "one.h5", "shards/a.h5"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(":")[0] for line in lines] == ["shards/a.h5", "shards/b.h5", "one.h5"]
+    assert all(": sound; 1 flight, 60 rows" in line for line in lines)
+    data = bytearray(Path("shards/a.h5").read_bytes())
+    data[-20] ^= 1
+    Path("shards/a.h5").write_bytes(data)
+    assert cli.main(["verify", "shards", "one.h5"]) == 3
+    told = capsys.readouterr()
+    assert [line.split(":")[0] for line in told.out.splitlines()] == ["shards/b.h5", "one.h5"]
+    assert told.err.startswith("shards/a.h5: is damaged: ")
+    assert cli.main(["verify", "one.h5", "no.h5"]) == 2
+    Path("empty").mkdir()
+    assert cli.main(["verify", "empty"]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert "no.h5: there is no such file or folder" in told.err
+    assert "empty: this folder has no recording" in told.err
 
 
 def test_info_on_a_terminal_shows_tables(here):
