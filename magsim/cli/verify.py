@@ -14,8 +14,8 @@ def verify(ctx: click.Context, files: tuple[Path, ...]) -> None:
     """Check FILES, recordings or folders of them, against their checksums and the table of columns.
 
     Any changed byte is found. A sound file is a line on stdout, each difference a line on stderr. The exit code is 0 if
-    all files are sound, else 3, after all have been checked. Each file is first read by a process of its own, with limits
-    of memory and time.
+    all files are sound, else 3, after all have been checked. Each file is first read by a process of its own, with
+    limits of memory and time.
     """
     from magsim.errors import DataError, RequestError
     from magsim.recording.file import files_of

@@ -1,12 +1,12 @@
 """Maneuvers: trains of sine swings on one axis or on several at once, and when each is flown on its leg."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, ValidationInfo, field_validator, model_validator
 
 from magsim.aircraft import Aircraft
-from magsim.config import Numbers, Strict
+from magsim.config import Numbers, Problems, Strict
 from magsim.scenario.base import NonNegative, aircraft_of
 
 Axis = Literal["pitch", "roll", "yaw"]
@@ -191,6 +191,18 @@ class PhasedOscillation(Oscillation):
         return self.phase_deg / 360.0 * self.period(index)
 
 
+def _scattering(prefix: str, table: object) -> Iterator[tuple[str, str]]:
+    """Yield the keys of a table that only a train on one axis has, with what is allowed."""
+    why = {
+        "amplitude_scatter": "the cycles of a combined maneuver are alike; allowed: for trains on one axis",
+        "period_scatter": "the cycles of a combined maneuver are alike; allowed: for trains on one axis",
+        "roll_part": "the roll of a combined maneuver is a swing of its own; allowed: for a yaw train",
+    }
+    for key in why if isinstance(table, Mapping) else ():
+        if key in table:
+            yield prefix + key, why[key]
+
+
 class Combined(TrainBase):
     """Several axes at once, each with its own amplitude, period and phase, flown once on each leg.
 
@@ -199,6 +211,16 @@ class Combined(TrainBase):
 
     axis: Literal["combined"]
     swings: Annotated[tuple[PhasedOscillation, ...], Field(strict=False, min_length=2, max_length=3)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _flies_alike(cls, value: object) -> object:
+        found = [*_scattering("", value)]
+        if isinstance(value, Mapping) and isinstance(value.get("swings"), list):
+            found += [p for i, swing in enumerate(value["swings"]) for p in _scattering(f"swings[{i}].", swing)]
+        if found:
+            raise Problems(*found)
+        return value
 
     @field_validator("swings")
     @classmethod
