@@ -69,7 +69,17 @@ class LazyGroup(click.Group):
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(magsim.__version__, prog_name="magsim", message="%(prog)s %(version)s")
 def cli() -> None:
-    """Simulate calibration flights with known magnetic interference, and compare compensators on them."""
+    """Simulate calibration flights with known magnetic interference, and compare compensators on them.
+
+    \b
+    First steps:
+      magsim generate calibration_c208b
+      magsim info calibration_c208b.h5
+      magsim plot flight calibration_c208b.h5
+      magsim benchmark calibration_c208b.h5
+
+    magsim COMMAND --help tells more. Exit codes: 0 done, 2 the request is wrong, 3 the data are bad.
+    """  # noqa: D301 - \b is for click
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -27,7 +27,7 @@ def list_() -> None:
     show([TitledTable("Data sets", ("name", "MB", "files", "flights", "title"), tuple(rows))])
 
 
-@dataset.command(short_help="Generate a data set.")
+@dataset.command(short_help="Fly a data set from its recipe.")
 @click.argument("name")
 @click.option("-o", "--output", metavar="FOLDER", type=click.Path(path_type=Path), help="Where; default ./data/<name>")
 @click.option("-j", "--jobs", type=click.IntRange(1, 1000), default=1, show_default=True, help="Processes that fly.")
@@ -55,7 +55,7 @@ def build(  # noqa: PLR0917 - the options
     click.echo(f"{target}: {agreement.text}")
 
 
-@dataset.command(short_help="Check an existing data set.")
+@dataset.command(short_help="Check the files of a data set.")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--recipe", metavar="NAME|PATH", help="Recipe to compare with; default the shipped one of its name.")
 @click.option("-q", "--quiet", is_flag=True, help="Show no progress.")

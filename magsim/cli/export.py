@@ -29,7 +29,7 @@ FORMATS = ("mit", "xyz", "sgl-xyz", "gdf2", "csv", "parquet")
 def export(  # noqa: PLR0917 - the options
     file: Path, kind: str, output: Path | None, flight: str | None, roles: str, force: bool
 ) -> None:
-    r"""Write the flights of FILE, a recording or a folder of them, for other programs.
+    """Write the flights of FILE, a recording or a folder of them, for other programs.
 
     \b
     mit      HDF5 in the layout that MagNav.jl reads; truth in groups
@@ -40,7 +40,7 @@ def export(  # noqa: PLR0917 - the options
     parquet  every column, with units; needs pip install "aeromagsim[parquet]"
 
     One file holds one flight. Several go into a folder that -o names, or --flight picks one.
-    """
+    """  # noqa: D301 - \b is for click
     from magsim import exchange
     from magsim.errors import RequestError
     from magsim.recording import read_recordings

@@ -7,7 +7,19 @@ import click
 from magsim.cli.messages import print_error, warn
 
 
-@click.command(short_help="Fly a scenario and write its recording.")
+class WithScenarios(click.Command):
+    """A command whose help lists the shipped scenarios."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write their names below the options."""
+        del ctx
+        from magsim.assets import list_scenarios
+
+        with formatter.section("Shipped scenarios"):
+            formatter.write_text(", ".join(list_scenarios()))
+
+
+@click.command(short_help="Fly a scenario and write its recording.", cls=WithScenarios)
 @click.argument("scenario")
 @click.option(
     "-o", "--output", metavar="FILE", type=click.Path(path_type=Path), help="The recording; default ./<scenario>.h5"
@@ -20,12 +32,12 @@ from magsim.cli.messages import print_error, warn
     help="Change one setting of the scenario, for example --set start.alt_m=2500; may be repeated.",
 )
 @click.option("--force", is_flag=True, help="Replace an existing recording.")
-@click.option("-q", "--quiet", is_flag=True, help="Show no progress.")
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
 def generate(scenario: str, output: Path | None, overrides: tuple[str, ...], force: bool, quiet: bool) -> None:
     """Fly SCENARIO and write its recording.
 
-    SCENARIO is a TOML file, or the name of a shipped scenario such as calibration_c208b or papers/000_simulated.
-    The same scenario, settings and version write the same bytes.
+    SCENARIO is a TOML file, or the name of a shipped scenario; magsim schema describes the keys. The same scenario,
+    settings and version write the same bytes. What is hardly meant, as a setting without effect, is a line on stderr.
     """
     from magsim.cli.interrupts import delayed
 

@@ -12,7 +12,7 @@ FORMATS = ("mit", "sgl-xyz", "xyz", "csv")
 @click.option("--format", "kind", type=click.Choice(FORMATS), help="Default: according to the ending of FILE.")
 @click.option("-o", "--output", metavar="FILE", type=click.Path(path_type=Path), help="Default ./<flight>.h5")
 @click.option("--map", "column_map", metavar="FILE", type=click.Path(path_type=Path), help="TOML file of column names.")
-@click.option("--flight", type=float, help="Number of one flight of several.")
+@click.option("--flight", metavar="NUMBER", type=float, help="One flight of several in the file, for example 1002.")
 @click.option("--train", metavar="WINDOW", multiple=True, help="Rows for training: a line, or START:END.")
 @click.option("--valid", metavar="WINDOW", multiple=True, help="Rows for validation.")
 @click.option("--test", metavar="WINDOW", multiple=True, help="Rows for testing.")
@@ -28,7 +28,7 @@ def import_(  # noqa: PLR0917 - the options
     test: tuple[str, ...],
     force: bool,
 ) -> None:
-    r"""Make a recording, without truth, from FILE, which another program wrote.
+    """Make a recording, without truth, from FILE, which another program wrote.
 
     \b
     mit      HDF5 in the layout of MagNav.jl (SGL 2020 and 2021)
@@ -38,7 +38,7 @@ def import_(  # noqa: PLR0917 - the options
 
     Windows are lines (1002.02) or spans of the file's own time (46390.9:46964.5), and may be repeated. Rows in no
     window are left out. Without windows all rows are imported, without a split.
-    """
+    """  # noqa: D301 - \b is for click
     from magsim import exchange, storage
     from magsim.errors import RequestError
 

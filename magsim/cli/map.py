@@ -9,8 +9,12 @@ import click
 @click.argument("aircraft")
 @click.option("--flight", metavar="FILE|SCENARIO", help="Recording or scenario; default a figure-of-merit flight.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture (.png, .svg) or page (.html).")
-@click.option("--spacing", type=click.FloatRange(min=0.0, min_open=True), help="Of the grid, m; default length / 25.")
-@click.option("--top", type=click.IntRange(0, 100), default=5, show_default=True, help="Best places that are listed.")
+@click.option(
+    "--spacing",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Step of the grid in m; default length / 25.",
+)
+@click.option("--top", type=click.IntRange(0, 100), default=5, show_default=True, help="How many best places to list.")
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON and nothing else.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 def map_(

@@ -9,10 +9,10 @@ import click
 @click.argument("kind", type=click.Choice(["flight", "field", "interference", "spectrum", "electronics", "tow"]))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="PNG or SVG; default ./<recording>_<kind>.png")
-@click.option("--sensor", help="Scalar magnetometer; default the first.")
+@click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
 @click.option("--force", is_flag=True, help="Replace an existing figure.")
 def plot(kind: str, file: Path, output: Path | None, sensor: str | None, force: bool) -> None:
-    """Draw a figure of a recording.
+    """Draw a figure of FILE, a recording of one flight.
 
     \b
     flight        ground track, attitude and height

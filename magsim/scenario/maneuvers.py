@@ -198,9 +198,9 @@ def _scattering(prefix: str, table: object) -> Iterator[tuple[str, str]]:
         "period_scatter": "the cycles of a combined maneuver are alike; allowed: for trains on one axis",
         "roll_part": "the roll of a combined maneuver is a swing of its own; allowed: for a yaw train",
     }
-    for key in why if isinstance(table, Mapping) else ():
-        if key in table:
-            yield prefix + key, why[key]
+    for key, text in why.items():
+        if isinstance(table, Mapping) and key in table:
+            yield prefix + key, text
 
 
 class Combined(TrainBase):

@@ -4,17 +4,21 @@ import hashlib
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 
 import magsim
-from magsim import cli
+from magsim import assets, cli, exchange, plots
+from magsim.cli import import_
 from magsim.cli.interrupts import delayed
 from magsim.recording import Recording, file
 from magsim.storage import cache_folder
@@ -60,6 +64,47 @@ def test_help_and_version(here, capsys):
     assert "\n  field         reading and background\n" in capsys.readouterr().out
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out == f"magsim {magsim.__version__}\n"
+
+
+def commands_below(group: click.Group, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], click.Command]]:
+    for name in group.list_commands(click.Context(group)):
+        command = group.get_command(click.Context(group), name)
+        assert command is not None
+        yield (*path, name), command
+        if isinstance(command, click.Group):
+            yield from commands_below(command, (*path, name))
+
+
+def test_every_command_and_every_option_has_a_help(here, capsys):
+    found = list(commands_below(cli.cli))
+    assert len(found) >= len(cli.COMMANDS) + 3
+    for path, command in found:
+        assert cli.main([*path, "--help"]) == 0
+        text = capsys.readouterr().out
+        assert "\\" not in text, path
+        if len(path) == 1:
+            assert command.get_short_help_str(200) == cli.COMMANDS[path[0]][1]
+        for option in command.params:
+            if isinstance(option, click.Option):
+                assert option.help, (path, option.name)
+
+
+def test_tables_in_a_help_have_a_line_for_each_entry(here, capsys):
+    for command, entries in {
+        "export": exchange.FORMATS,
+        "import": import_.FORMATS,
+        "plot": plots.KINDS,
+    }.items():
+        assert cli.main([command, "--help"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        for entry in entries:
+            assert [line for line in lines if re.match(rf"  {re.escape(entry)}  +\w", line)], (command, entry)
+
+
+def test_the_help_of_generate_lists_the_shipped_scenarios(here, capsys):
+    assert cli.main(["generate", "--help"]) == 0
+    words = capsys.readouterr().out.replace(",", " ").split()
+    assert set(assets.list_scenarios()) <= set(words)
 
 
 def test_help_imports_only_click(here):
