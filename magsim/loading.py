@@ -72,7 +72,7 @@ class LoadedScenario:
         found = resting_settings(self.scenario, self.document.table, vehicles)
         return tuple(self.placed(f"{key}: {text}") for key, text in found)
 
-    def changed(self, overrides: Sequence[str]) -> "LoadedScenario":
+    def changed(self, overrides: Sequence[str], *, within: Path | None = None) -> "LoadedScenario":
         """Return the scenario with further overrides on top of its own.
 
         Its aircraft is kept unless an override names another one; other files are read again.
@@ -81,6 +81,8 @@ class LoadedScenario:
         ----------
         overrides : sequence of str
             ``key.path=value`` settings.
+        within : Path, optional
+            Folder in which a relative path of an override begins; the working folder by default.
 
         Raises
         ------
@@ -95,7 +97,10 @@ class LoadedScenario:
         overrides = (*self.overrides, *overrides)
         document = config.parse(self.text, overrides=overrides, source=self.document.source)
         renamed = any(override.path == ("aircraft",) for override in document.overrides[len(self.document.overrides) :])
-        return _loaded(document, self.name, self.folder, overrides, None if renamed else self._type)
+        aircraft = None if renamed else self._type
+        return load_document(
+            document, self.name, self.folder, overrides=overrides, aircraft=aircraft, within=within
+        )
 
     @property
     def _type(self) -> Aircraft:
@@ -141,21 +146,53 @@ def load_scenario(
         If anything is wrong: one line for each problem, with file and line.
     """
     path = assets.scenario_path(name_or_path)
-    return _loaded(config.read(path, overrides=overrides), path.stem, path.parent, overrides, aircraft)
+    return load_document(
+        config.read(path, overrides=overrides), path.stem, path.parent, overrides=overrides, aircraft=aircraft
+    )
 
 
-def _loaded(
-    document: Document, name: str, folder: Path, overrides: Sequence[str], aircraft: Aircraft | None
+def load_document(
+    document: Document,
+    name: str,
+    folder: Path,
+    *,
+    overrides: Sequence[str] = (),
+    aircraft: Aircraft | None = None,
+    within: Path | None = None,
 ) -> LoadedScenario:
-    """Return a scenario with everything that its document refers to; files are read from its folder."""
+    """Check a scenario that has been parsed, and read everything that it refers to from its folder.
+
+    Parameters
+    ----------
+    document : Document
+        With the overrides applied.
+    name : str
+        Of the scenario.
+    folder : Path
+        In which relative paths of the text begin.
+    overrides : sequence of str
+        Those of the document.
+    aircraft : Aircraft, optional
+        The type that flies instead of the one that the scenario names.
+    within : Path, optional
+        Folder in which a relative path of an override begins; the working folder by default.
+
+    Raises
+    ------
+    RequestError
+        If anything is wrong: one line for each problem, with file and line.
+    """
+    if "sweep" in document.table:
+        msg = f"{document.source}: is a sweep of many flights ([sweep]); magsim sweep flies them"
+        raise RequestError(msg)
     also: list[tuple[str, str]] = []
     _replace_other_way(document)
     if aircraft is None:
-        aircraft, problems = _aircraft_of(document, folder)
+        aircraft, problems = _aircraft_of(document, folder, within)
         also += [("aircraft", problem) for problem in problems]
     if aircraft is not None:
         document.table["aircraft"] = aircraft.name  # its files count in the digest, not their place
-    bird, problems = _bird_of(document, folder)
+    bird, problems = _bird_of(document, folder, within)
     also += [("tow.bird", problem) for problem in problems]
     track, problems = _track_of(document.table, folder, aircraft)
     also += [("pattern.file", problem) for problem in problems]
@@ -201,7 +238,7 @@ def _replace_other_way(document: Document) -> None:
                 table.pop(other, None)
 
 
-def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Sequence[str]]:
+def _aircraft_of(document: Document, folder: Path, within: Path | None) -> tuple[Aircraft | None, Sequence[str]]:
     """Return the aircraft that a scenario names, and the problems of its files.
 
     A path in the file begins in the folder of the file; one that is set on the command line, in the working folder.
@@ -210,17 +247,17 @@ def _aircraft_of(document: Document, folder: Path) -> tuple[Aircraft | None, Seq
     if not isinstance(name, str):
         return None, ()  # reported with everything else that is wrong in the scenario
     try:
-        return load_aircraft(name, _base(document, ("aircraft",), folder)), ()
+        return load_aircraft(name, _base(document, ("aircraft",), folder, within)), ()
     except RequestError as error:
         return None, str(error).splitlines()
 
 
-def _base(document: Document, key: tuple[str, ...], folder: Path) -> Path | None:
-    """Return where a path under a key begins: the file's folder, or the working folder (None) for an override."""
-    return None if any(override.path == key for override in document.overrides) else folder
+def _base(document: Document, key: tuple[str, ...], folder: Path, within: Path | None) -> Path | None:
+    """Return where a path under a key begins: the file's folder, or for an override ``within`` (None: working folder)."""
+    return within if any(override.path == key for override in document.overrides) else folder
 
 
-def _bird_of(document: Document, folder: Path) -> tuple[Bird | None, Sequence[str]]:
+def _bird_of(document: Document, folder: Path, within: Path | None) -> tuple[Bird | None, Sequence[str]]:
     """Return the bird that a scenario tows, and the problems of its files; see ``_aircraft_of``."""
     table = document.table.get("tow")
     if not isinstance(table, dict):
@@ -229,7 +266,7 @@ def _bird_of(document: Document, folder: Path) -> tuple[Bird | None, Sequence[st
     if not isinstance(name, str):
         return None, ()
     try:
-        bird = load_bird(name, _base(document, ("tow", "bird"), folder))
+        bird = load_bird(name, _base(document, ("tow", "bird"), folder, within))
     except RequestError as error:
         return None, str(error).splitlines()
     table["bird"] = bird.name

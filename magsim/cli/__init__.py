@@ -16,6 +16,7 @@ from magsim.errors import MagsimError
 
 COMMANDS = {
     "generate": ("magsim.cli.generate:generate", "Fly a scenario and write its recording."),
+    "sweep": ("magsim.cli.sweep:sweep", "Fly a scenario in thousands of variations."),
     "train": ("magsim.cli.train:train", "Train a compensator on recordings."),
     "benchmark": ("magsim.cli.benchmark:benchmark", "Compare compensators on recordings."),
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),

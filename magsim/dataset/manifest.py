@@ -7,9 +7,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError
 
+from magsim import columns
 from magsim.config import Name, Strict
+from magsim.dataset.index import split_rows
 from magsim.errors import DataError
 from magsim.files import first_bytes
+from magsim.recording import Recording
 
 MANIFEST = "manifest.json"
 """Name of the file that lists a data set."""
@@ -31,6 +34,19 @@ class FlightEntry(Strict):
     individual: Count | None = Field(default=None, description="which aircraft of its type flew; not the nominal one")
     day: Count | None = Field(default=None, description="on which of its days, where one was set")
     splits: dict[Literal["train", "valid", "test"], Count] = Field(description="rows of each split")
+
+    @classmethod
+    def of(cls, recording: Recording) -> "FlightEntry":
+        """Describe a simulated recording."""
+        meta, split = recording.meta, columns.SPLIT.pattern
+        return cls(
+            name=recording.name,
+            rows=len(recording),
+            digest=str(meta.get("digest", "")),
+            individual=meta.get("individual") or None,
+            day=meta.get("day") or None,
+            splits=split_rows(recording[split]) if split in recording else {},
+        )
 
 
 class FileEntry(Strict):

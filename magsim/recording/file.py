@@ -80,7 +80,7 @@ class StoredFlight(NamedTuple):
     meta: dict[str, object]
 
 
-def write(path: Path, recordings: Iterable[FlightTable], *, force: bool = False) -> None:
+def write(path: Path, recordings: Iterable[FlightTable], *, force: bool = False) -> str:
     """Write recordings to one file, a shard, whole or not at all.
 
     Parameters
@@ -93,6 +93,11 @@ def write(path: Path, recordings: Iterable[FlightTable], *, force: bool = False)
     force : bool
         Replace an existing file.
 
+    Returns
+    -------
+    str
+        SHA-256 of the file.
+
     Raises
     ------
     RequestError
@@ -100,7 +105,9 @@ def write(path: Path, recordings: Iterable[FlightTable], *, force: bool = False)
     DataError
         If a column is not finite.
     """
-    storage.atomic_write(path, lambda temporary: _write(temporary, recordings), force=force)
+    digests: list[str] = []
+    storage.atomic_write(path, lambda temporary: digests.append(_write(temporary, recordings)), force=force)
+    return digests[0]
 
 
 def check_finite(where: str, time_s: np.ndarray, data: Mapping[str, np.ndarray]) -> None:
@@ -112,7 +119,7 @@ def check_finite(where: str, time_s: np.ndarray, data: Mapping[str, np.ndarray])
             raise DataError(msg)
 
 
-def _write(path: Path, recordings: Iterable[FlightTable]) -> None:
+def _write(path: Path, recordings: Iterable[FlightTable]) -> str:
     import h5py
 
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
@@ -124,7 +131,7 @@ def _write(path: Path, recordings: Iterable[FlightTable]) -> None:
         for number, recording in enumerate(recordings, start=1):
             check_finite(recording.name, recording.time_s, recording.data)
             _write_flight(flights.create_group(f"{number:06d}"), recording)
-    hdf5.add_checksum(path)
+    return hdf5.add_checksum(path)
 
 
 def _write_flight(group: "h5py.Group", recording: FlightTable) -> None:

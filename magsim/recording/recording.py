@@ -323,8 +323,13 @@ class Recording:
         return cls(*file.read_one(Path(path), name))
 
 
-def write_recordings(path: Path | str, recordings: Iterable[Recording], *, force: bool = False) -> None:
+def write_recordings(path: Path | str, recordings: Iterable[Recording], *, force: bool = False) -> str:
     """Write several flights to one file, a shard, whole or not at all; an iterator is drawn from while writing.
+
+    Returns
+    -------
+    str
+        SHA-256 of the file.
 
     Raises
     ------
@@ -333,7 +338,7 @@ def write_recordings(path: Path | str, recordings: Iterable[Recording], *, force
     DataError
         If a column is not finite.
     """
-    file.write(Path(path), recordings, force=force)
+    return file.write(Path(path), recordings, force=force)
 
 
 def read_recordings(path: Path | str, names: Iterable[str] | None = None) -> tuple[Recording, ...]:

@@ -56,6 +56,9 @@ class RecordingSettings(Strict):
         default="full",
         description="full: all truth; sum: without the vector of each part; none: neither truth nor labels",
     )
+    split: Literal["train", "valid", "test"] | None = Field(
+        default=None, description="what all rows serve for; without it, circuits and legs decide"
+    )
     train_circuits: Annotated[tuple[int, ...], Field(strict=False)] = (1,)
     valid_legs: Annotated[tuple[int, ...], Field(strict=False)] = Field(
         default=(4,), description="legs of the training circuits that are kept for validation"
@@ -63,6 +66,8 @@ class RecordingSettings(Strict):
 
     def is_for_training(self, circuit: np.ndarray, leg: np.ndarray) -> np.ndarray:
         """Return whether rows of circuits and legs, (n,) each, are training rows: validation legs are not."""
+        if self.split is not None:
+            return np.full(np.shape(circuit), self.split == "train")
         return np.isin(circuit, self.train_circuits) & ~np.isin(leg, self.valid_legs)
 
 

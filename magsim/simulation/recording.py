@@ -71,6 +71,8 @@ def _place_in_table(name: str) -> int:
 def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) -> np.ndarray:
     """Return the code of the split of each row: training circuits but for their validation legs train, others test.
 
+    Where the settings name one split, all rows have it.
+
     Parameters
     ----------
     circuit, leg : (n,)
@@ -83,6 +85,8 @@ def split_of(circuit: np.ndarray, leg: np.ndarray, settings: RecordingSettings) 
         Keys of ``columns.SPLITS``.
     """
     codes = {name: code for code, name in columns.SPLITS.items()}
+    if settings.split is not None:
+        return np.full(np.shape(circuit), float(codes[settings.split]))
     rest = np.where(np.isin(circuit, settings.train_circuits), codes["valid"], codes["test"])
     return np.where(settings.is_for_training(circuit, leg), codes["train"], rest).astype(float)
 

@@ -30,9 +30,17 @@ FILTERS = ("deflate", "shuffle", "fletcher32")
 """Filters that are allowed for the values of a data set: those that are part of HDF5 itself."""
 
 
-def add_checksum(path: Path) -> None:
-    """Append the checksum line to a finished file; this process reads it without an inspection."""
-    note_result(append_checksum(path), "")
+def add_checksum(path: Path) -> str:
+    """Append the checksum line to a finished file; this process reads it without an inspection.
+
+    Returns
+    -------
+    str
+        SHA-256 of all bytes, that line included.
+    """
+    digest = append_checksum(path)
+    note_result(digest, "")
+    return digest
 
 
 @contextlib.contextmanager

@@ -62,10 +62,13 @@ class Clock:
 
 
 def training_spans(segments: Sequence[Segment], settings: RecordingSettings) -> tuple[tuple[float, float], ...]:
-    """Return the spans of the training rows of a flight [s], those that touch joined."""
+    """Return the spans of the training rows of a flight [s], those that touch joined.
+
+    A flight whose rows all have one split is one span, whichever it is: what is flown does not depend on it.
+    """
     out: list[tuple[float, float]] = []
     for segment in segments:
-        if settings.is_for_training(np.array(segment.circuit), np.array(segment.leg)):
+        if settings.split is not None or settings.is_for_training(np.array(segment.circuit), np.array(segment.leg)):
             joins = bool(out) and segment.start_s <= out[-1][1] + 1e-6
             begin = out.pop()[0] if joins else segment.start_s
             out.append((begin, segment.stop_s))

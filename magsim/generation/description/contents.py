@@ -45,26 +45,13 @@ def contents_of(folder: Path, dataset: str, made_on: dict[str, str], count: int)
     for path in Dataset(folder).files:
         found = verify(path)
         recordings = read_recordings(path)
-        flights = tuple(_entry(recording) for recording in recordings)
+        flights = tuple(FlightEntry.of(recording) for recording in recordings)
         entries.append(FileEntry(name=path.name, sha256=found.digest, size=found.size, flights=flights))
         for recording in recordings:
             lines.update(samples.take(recording, count))
         table |= statistics.of_file(path.name, recordings)
     manifest = Manifest(manifest=1, dataset=dataset, made_on=made_on, files=tuple(entries))
     return Contents(manifest, lines, table)
-
-
-def _entry(recording: Recording) -> FlightEntry:
-    splits = split_rows(recording[columns.SPLIT.pattern])
-    entry = {
-        "name": recording.name,
-        "rows": len(recording),
-        "digest": str(recording.meta.get("digest", "")),
-        "individual": recording.meta.get("individual") or None,
-        "day": recording.meta.get("day") or None,
-        "splits": splits,
-    }
-    return FlightEntry.model_validate(entry)
 
 
 def rows_in_split(flight: FlightEntry, split: str) -> int:

@@ -1,0 +1,32 @@
+"""Sweeps: one scenario flown in thousands of variations, by processes that may die, into a folder that is a data set."""
+
+from magsim.sweep.crews import ClusterCrew, Crew, LocalCrew, cluster_crew
+from magsim.sweep.finish import Outcome, check_ready, finish, write_failures
+from magsim.sweep.folder import SweepFolder, open_folder
+from magsim.sweep.plan import SweepFile, SweepPlan, plan_of, read_sweep
+from magsim.sweep.rehearsal import check, measure, ranges
+from magsim.sweep.run import Progress, run
+from magsim.sweep.words import duration
+
+__all__ = [
+    "ClusterCrew",
+    "Crew",
+    "LocalCrew",
+    "Outcome",
+    "Progress",
+    "SweepFile",
+    "SweepFolder",
+    "SweepPlan",
+    "check",
+    "check_ready",
+    "cluster_crew",
+    "duration",
+    "finish",
+    "measure",
+    "open_folder",
+    "plan_of",
+    "ranges",
+    "read_sweep",
+    "run",
+    "write_failures",
+]

@@ -1,0 +1,93 @@
+"""The end of a sweep: once every file is finished, what makes its folder a data set is written."""
+
+import hashlib
+from dataclasses import dataclass
+
+from magsim.dataset import MANIFEST, FileEntry, Manifest
+from magsim.errors import RequestError
+from magsim.storage import atomic_write
+from magsim.storage.machine import fingerprint
+from magsim.sweep.folder import SweepFolder
+from magsim.sweep.index import INDEX, write_index
+from magsim.sweep.journal import Journal, file_name
+from magsim.sweep.plan import SweepPlan
+from magsim.sweep.report import FAILURES, REPORT, Tally, records, write_report
+from magsim.sweep.report import write_failures as _write_failures
+
+MOST_LISTED = 20_000
+"""Flights of a manifest; the index alone lists more."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a sweep has flown.
+
+    Attributes
+    ----------
+    tally : Tally
+    digest : str
+        SHA-256 over the checksums of all files and the flights that failed: the same wherever and however often the
+        sweep was flown.
+    """
+
+    tally: Tally
+    digest: str
+
+
+def check_ready() -> None:
+    """Raise an error if a sweep could not be finished, before any flight is flown.
+
+    Raises
+    ------
+    RequestError
+        If pyarrow is missing.
+    """
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        msg = 'the index of a sweep is a Parquet file, which needs pyarrow: pip install "aeromagsim[parquet]"'
+        raise RequestError(msg) from None
+
+
+def finish(plan: SweepPlan, folder: SweepFolder) -> Outcome | None:
+    """Write index, manifest, failures and report of a sweep whose files are all finished.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+    folder : SweepFolder
+
+    Returns
+    -------
+    Outcome or None
+        None while files are missing: other parts are still flown. Then only the failures are written.
+    """
+    journal = Journal(folder.path)
+    tally, digest, done = Tally(), hashlib.sha256(), 0
+    files: list[FileEntry] = []
+    for record in records(plan, journal):
+        done += 1
+        tally.add(record)
+        digest.update(f"{record.shard} {record.sha256}\n".encode())
+        for failed in record.failed:
+            digest.update(f"{failed.number} {failed.kind} {failed.reason}\n".encode())
+        if record.sha256 is not None and tally.flown <= MOST_LISTED:
+            entries = tuple(flown.entry for flown in record.flown)
+            name = file_name(record.shard)
+            files.append(FileEntry(name=name, sha256=record.sha256, size=record.size, flights=entries))
+    write_failures(plan, folder)
+    if done < plan.shards:
+        return None
+    if tally.flown <= MOST_LISTED and files:
+        manifest = Manifest(manifest=1, dataset=plan.dataset_name, made_on=fingerprint(), files=tuple(files))
+        text = manifest.to_json()
+        path = folder.path / MANIFEST
+        atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)
+    write_index(plan, journal, folder.path / INDEX)
+    write_report(tally, folder.path / REPORT)
+    return Outcome(tally, digest.hexdigest())
+
+
+def write_failures(plan: SweepPlan, folder: SweepFolder) -> None:
+    """Write the flights that have failed so far."""
+    _write_failures(plan, Journal(folder.path), folder.path / FAILURES)

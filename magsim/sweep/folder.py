@@ -1,0 +1,125 @@
+"""The folder of a sweep: which sweep it is of, and what is written into it beside the recordings."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from magsim.config import Strict
+from magsim.errors import DataError, RequestError
+from magsim.files import first_bytes
+from magsim.storage import atomic_write, check_folder_target
+from magsim.sweep.journal import Journal
+from magsim.sweep.plan import SweepPlan
+
+STATE = "sweep.json"
+"""What sweep a folder is of."""
+
+COPY = "sweep.toml"
+"""The sweep's file, as it was flown."""
+
+MAX_BYTES = 10_000_000
+
+
+class State(Strict):
+    """Which sweep a folder is of."""
+
+    sweep: Literal[1] = Field(description="version of this format")
+    name: str
+    identity: str
+    flights: int = Field(ge=1)
+    overrides: Annotated[tuple[str, ...], Field(strict=False)] = ()
+
+
+@dataclass(frozen=True)
+class SweepFolder:
+    """A folder that belongs to a sweep.
+
+    Attributes
+    ----------
+    path : Path
+    """
+
+    path: Path
+
+
+def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bool = False) -> SweepFolder:
+    """Make the folder of a sweep, or go on in it.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+    path : Path
+    resume : bool
+        Go on with what an earlier run left; a new folder is all right too.
+    shared : bool
+        Other parts of the same sweep may have made the folder, and may be flying.
+
+    Raises
+    ------
+    RequestError
+        If it cannot be written, holds something else, or exists and neither ``resume`` nor ``shared`` is set.
+    DataError
+        If it is of another sweep, another version, or of more flights.
+    """
+    path = Path(path).absolute()
+    state = _read_state(path)
+    if state is None:
+        check_folder_target(path)
+        path.mkdir(parents=True, exist_ok=True)
+    elif not (resume or shared):
+        msg = f"{path} holds a sweep already; --resume goes on with it"
+        raise RequestError(msg)
+    else:
+        _check_state(plan, state, path)
+    Journal(path).make()
+    _write(path / COPY, plan.file.text)
+    wanted = State(
+        sweep=1,
+        name=plan.file.name,
+        identity=plan.identity,
+        flights=plan.space.count,
+        overrides=plan.file.overrides,
+    )
+    if state != wanted:
+        _write(path / STATE, json.dumps(wanted.model_dump(mode="json"), indent=1) + "\n")
+    return SweepFolder(path)
+
+
+def _read_state(path: Path) -> State | None:
+    """Return which sweep a folder is of; None for a folder that is of none.
+
+    Raises
+    ------
+    DataError
+        If it says so in a form that cannot be understood.
+    """
+    if not (path / STATE).is_file():
+        return None
+    try:
+        return State.model_validate_json(first_bytes(path / STATE, MAX_BYTES, kind="the state of a sweep"))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        msg = f"{path / STATE}: is no state of a sweep: {'.'.join(map(str, first['loc']))}: {first['msg']}"
+        raise DataError(msg) from None
+
+
+def _check_state(plan: SweepPlan, state: State, path: Path) -> None:
+    if state.identity != plan.identity:
+        msg = (
+            f"{path}: was begun with another sweep file, scenario, aircraft or version of magsim than the present ones; "
+            f"allowed: the same, which {path / COPY} shows, or another folder"
+        )
+        raise DataError(msg)
+    if state.flights > plan.space.count:
+        msg = (
+            f"{path}: was begun with {state.flights} flights, not {plan.space.count}; allowed: as many, or more, "
+            "or another folder"
+        )
+        raise DataError(msg)
+
+
+def _write(path: Path, text: str) -> None:
+    atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)

@@ -1,0 +1,210 @@
+"""A sweep before it is flown: what it would fly, whether it can be, and what it would cost."""
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from magsim.errors import MagsimError, RequestError
+from magsim.recording import write_recordings
+from magsim.simulation import Simulator
+from magsim.sweep.plan import SweepPlan
+from magsim.sweep.space import SweptFlight
+
+CHUNK = 4096
+"""Flights whose values are computed at once."""
+
+LOOKED_AT = 50
+"""Flights whose settings are checked before a sweep begins."""
+
+TIMED = 3
+"""Places of the sweep at which flights are timed."""
+
+
+@dataclass
+class Range:
+    """What a key takes on over all flights."""
+
+    least: object = None
+    most: object = None
+    different: set[object] = field(default_factory=set)
+    many: bool = False
+
+    def add(self, column: Sequence[object]) -> None:
+        """Add the values of some flights."""
+        ordered = not any(isinstance(value, list | Mapping | bool | str) for value in column)
+        if ordered:
+            low, high = min(column), max(column)  # type: ignore[type-var]
+            self.least = low if self.least is None else min(self.least, low)  # type: ignore[call-overload]
+            self.most = high if self.most is None else max(self.most, high)  # type: ignore[call-overload]
+        if not self.many:
+            self.different.update(value if isinstance(value, int | float | str) else str(value) for value in column)
+            self.many = len(self.different) > 12
+
+    @property
+    def text(self) -> str:
+        """The range in words."""
+        if not self.many:
+            shown = self.different if self.least is None else sorted(self.different, key=_order)
+            return f"{len(self.different)} values: " + ", ".join(_short(value) for value in shown)
+        if self.least is None:
+            return "many values"
+        return f"{_short(self.least)} to {_short(self.most)}"
+
+
+def _order(value: object) -> tuple[float, str]:
+    return (float(value), "") if isinstance(value, int | float) else (0.0, str(value))
+
+
+def _short(value: object) -> str:
+    isoformat = getattr(value, "isoformat", None)
+    return f"{value:.6g}" if isinstance(value, float) else str(isoformat() if isoformat else value)[:40]
+
+
+def ranges(plan: SweepPlan) -> tuple[dict[str, Range], int]:
+    """Return the range of each key that varies, and the number of flights that constraints leave."""
+    out: dict[str, Range] = {name: Range() for name in plan.space.names}
+    count = 0
+    for first in range(0, plan.space.count, CHUNK):
+        flights = [*plan.space.flights(first, first + CHUNK)]
+        count += len(flights)
+        for name, found in out.items():
+            column = [flight.values[name] for flight in flights]
+            if column:
+                found.add(column)
+    return out, count
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A flight whose settings cannot be flown, and why."""
+
+    flight: SweptFlight
+    reason: str
+
+
+def check(plan: SweepPlan, most: int = LOOKED_AT) -> list[Refused]:
+    """Load some flights, spread over the sweep, and return those that are refused.
+
+    Raises
+    ------
+    RequestError
+        If there is none, or all of them are refused.
+    """
+    looked, refused = 0, []
+    for flight in _spread(plan, most):
+        looked += 1
+        try:
+            plan.load(flight)
+        except RequestError as error:
+            refused.append(Refused(flight, str(error)))
+    if not looked:
+        msg = f"{plan.file.source}: sweep.require leaves none of {plan.space.count} flights"
+        raise RequestError(msg)
+    if len(refused) == looked:
+        reason = refused[0].reason
+        msg = f"{reason}\n{plan.file.source}: none of {looked} flights of the sweep that were looked at can be flown"
+        raise RequestError(msg)
+    return refused
+
+
+def _spread(plan: SweepPlan, most: int) -> Iterator[SweptFlight]:
+    """Yield some flights, spread over the sweep."""
+    places = np.unique(np.linspace(0, plan.space.count - 1, most).astype(np.int64))
+    for place in places:
+        yield from plan.space.flights(int(place), int(place) + 1)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a flight costs, measured.
+
+    Attributes
+    ----------
+    timed : int
+        Flights that were flown for it.
+    flight_s : float [s]
+        Processor time of a flight that is flown anew.
+    dressing_s : float [s]
+        Of one that shares its flight; NaN if none does.
+    size : float
+        Of a flight in its file [bytes].
+    simulated_s : float [s]
+        Flight time of one.
+    """
+
+    timed: int
+    flight_s: float
+    dressing_s: float
+    size: float
+    simulated_s: float
+
+    def total_s(self, flights: int, flown: int) -> float:
+        """Return the processor time of a sweep [s]."""
+        dressed = flights - flown
+        return flown * self.flight_s + (dressed * self.dressing_s if dressed else 0.0)
+
+
+def measure(plan: SweepPlan, report: Callable[[str], None] = lambda _line: None) -> Cost:
+    """Fly and time a few flights: at some places of the sweep one, and the next one if it shares the flight.
+
+    Raises
+    ------
+    RequestError, DataError
+        If none of them can be flown.
+    """
+    timed: list[_Timed] = []
+    last: MagsimError | None = None
+    places = np.unique(np.linspace(0, max(plan.space.count - 2, 0), TIMED).astype(np.int64))
+    with tempfile.TemporaryDirectory() as folder:
+        for place in places:
+            try:
+                for one in _timed(plan, int(place), Path(folder) / "timed.h5"):
+                    timed.append(one)
+                    report(f"flight {one.number}: {one.spent_s:.2f} s{' (dressed)' if one.dressed else ''}")
+            except MagsimError as error:
+                report(f"a flight cannot be flown: {error}")
+                last = error
+    if not timed:
+        raise last or RequestError(f"{plan.file.source}: sweep.require leaves no flight")
+    # the first place reads and compiles what the others find ready
+    warm = [one for one in timed if one.place != timed[0].place] or timed
+    flown = [one.spent_s for one in warm if not one.dressed]
+    dressed = [one.spent_s for one in warm if one.dressed]
+    return Cost(
+        len(timed),
+        float(np.median(flown)),
+        float(np.median(dressed)) if dressed else float("nan"),
+        float(np.mean([one.size for one in timed])),
+        float(np.mean([one.simulated_s for one in timed])),
+    )
+
+
+@dataclass(frozen=True)
+class _Timed:
+    """One flight that was timed."""
+
+    number: int
+    place: int
+    dressed: bool
+    spent_s: float
+    size: int
+    simulated_s: float
+
+
+def _timed(plan: SweepPlan, place: int, path: Path) -> Iterator[_Timed]:
+    """Fly and write the flight at a place, and the next one if it shares the flight."""
+    simulator, before = Simulator(), None
+    for flight in plan.space.flights(place, place + 2):
+        if before is not None and before != flight.flown:
+            return
+        began = time.process_time()
+        recording = simulator.simulate(plan.load(flight))
+        write_recordings(path, [recording], force=True)
+        spent_s = time.process_time() - began
+        simulated_s = float(recording.time_s[-1] - recording.time_s[0])
+        yield _Timed(flight.number, place, before is not None, spent_s, path.stat().st_size, simulated_s)
+        before = flight.flown

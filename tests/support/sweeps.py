@@ -1,0 +1,69 @@
+"""Small sweeps, and what became of them."""
+
+import hashlib
+from pathlib import Path
+
+from magsim import sweep as room
+from magsim.sweep import Outcome, SweepPlan
+
+LINE = """\
+schema = 1
+seed = 1
+aircraft = "c208b"
+
+[start]
+lat_deg = 16.720
+lon_deg = 112.729
+alt_m = 1000.0
+speed_mps = 75.0
+heading_deg = 0.0
+
+[pattern]
+kind = "straight"
+leg_m = 500.0
+lead_s = 0.0
+
+[[sensors.scalar]]
+name = "cabin"
+mount = "cabin_center"
+"""
+"""Seven seconds on a line, without [sweep]."""
+
+HEADINGS = """
+[sweep]
+flights = {flights}
+seed = 5
+shard = {shard}
+
+[[sweep.axes]]
+key = "start.heading_deg"
+uniform = [0.0, 360.0]
+
+[[sweep.axes]]
+key = "sensors.scalar[0].noise_nt_rthz"
+grid = [0.001, 0.1]
+"""
+"""Flights in all directions, each with two magnetometers."""
+
+
+def sweep_file(folder: Path, tail: str = "", *, flights: int = 8, shard: int = 2) -> Path:
+    """Write a small sweep; ``tail`` is added to it."""
+    path = folder / "line.toml"
+    path.write_text(LINE + HEADINGS.format(flights=flights, shard=shard) + tail, encoding="utf-8")
+    return path
+
+
+def fly(plan: SweepPlan, folder: Path, *, workers: int = 2, part: tuple[int, int] = (1, 1), **options: object) -> Outcome:
+    """Fly a sweep on this machine, to its end."""
+    opened = room.open_folder(plan, folder, resume=True, shared=True)
+    room.run(plan, opened, room.LocalCrew(workers), part=part, **options)  # type: ignore[arg-type]
+    outcome = room.finish(plan, opened)
+    assert outcome is not None
+    return outcome
+
+
+def bytes_of(folder: Path) -> dict[str, str]:
+    """SHA-256 of every file of a finished sweep by name, without what tells how it was flown."""
+    names = ("*.h5", "*.parquet", "*.csv", "report.json", "manifest.json")
+    files = sorted(path for pattern in names for path in folder.glob(pattern))
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}

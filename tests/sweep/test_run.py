@@ -1,0 +1,228 @@
+"""Sweeps that are flown: the same bytes however they are flown, and nothing lost."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from magsim import Dataset, simulate
+from magsim import sweep as room
+from magsim.errors import DataError, RequestError
+from magsim.recording import read_recordings
+from magsim.sweep.journal import Journal
+from tests.support.sweeps import bytes_of, fly, sweep_file
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[room.SweepPlan, Path, str]:
+    """A sweep of eight flights, undisturbed: plan, folder, digest."""
+    folder = tmp_path_factory.mktemp("flown")
+    plan = room.read_sweep(sweep_file(folder))
+    return plan, folder / "out", fly(plan, folder / "out").digest
+
+
+def test_the_folder_is_a_data_set_of_the_flights_that_were_asked_for(flown: tuple) -> None:
+    plan, folder, _ = flown
+    dataset = Dataset(folder, check=True)
+    flights = {flight.name: flight for flight in plan.space.flights(0, 8)}
+    assert list(dataset.flights) == list(flights)
+    for recording in dataset:
+        flight = flights[recording.name]
+        assert recording.meta["overrides"] == list(plan.overrides(flight))
+    headings = {recording.name: recording["true_heading_deg"][0] for recording in dataset if False}
+    assert headings == {}
+
+
+def test_a_flight_is_the_one_that_generate_flies_with_its_settings(flown: tuple, tmp_path: Path) -> None:
+    plan, folder, _ = flown
+    recording = read_recordings(folder / "shard_00000001.h5")[1]
+    text = tmp_path / "line.toml"
+    text.write_text(recording.meta["scenario_text"], encoding="utf-8")
+    from magsim.loading import load_scenario
+
+    again = simulate(load_scenario(text, recording.meta["overrides"]))
+    assert again.meta["digest"] == recording.meta["digest"]
+    for name in recording.data:
+        np.testing.assert_array_equal(again[name], recording[name])
+
+
+def test_the_index_tells_what_varied_and_where_it_lies(flown: tuple) -> None:
+    plan, folder, _ = flown
+    index = pd.read_parquet(folder / "index.parquet")
+    assert list(index["flight"]) == [flight.number for flight in plan.space.flights(0, 8)]
+    for row in index.to_dict("records"):
+        recording = read_recordings(folder / row["file"])[row["number"]]
+        assert recording.name == row["name"]
+        assert len(recording) == row["rows"] == row["train_rows"]
+        assert f"start.heading_deg={row['start.heading_deg']!r}" in recording.meta["overrides"]
+        assert row["interference_std_nt.cabin"] == np.std(recording["interference_cabin_nt"])
+
+
+@pytest.mark.parametrize(("workers", "parts"), [(1, 1), (2, 3)])
+def test_workers_and_parts_leave_the_same_bytes(flown: tuple, tmp_path: Path, workers: int, parts: int) -> None:
+    plan, folder, digest = flown
+    opened = room.open_folder(plan, tmp_path / "out", shared=True)
+    for part in range(parts, 1, -1):
+        room.run(plan, opened, room.LocalCrew(workers), part=(part, parts))
+        assert room.finish(plan, opened) is None
+    assert fly(plan, tmp_path / "out", workers=workers, part=(1, parts)).digest == digest
+    assert bytes_of(tmp_path / "out") == bytes_of(folder)
+
+
+def test_what_is_finished_is_not_flown_again(flown: tuple, tmp_path: Path) -> None:
+    plan, folder, digest = flown
+    opened = room.open_folder(plan, tmp_path / "out")
+    begun: list[int] = []
+
+    class Stop(Exception):
+        """Ends a run from its report."""
+
+    def stop(progress: room.Progress) -> None:
+        begun.append(progress.done)
+        if progress.done >= 2:
+            raise Stop
+
+    with pytest.raises(Stop):
+        room.run(plan, opened, room.LocalCrew(1), report=stop)
+    kept = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out").glob("*.h5")}
+    assert kept
+    assert fly(plan, tmp_path / "out").digest == digest
+    assert {name: (tmp_path / "out" / name).stat().st_mtime_ns for name in kept} == kept
+    assert bytes_of(tmp_path / "out") == bytes_of(folder)
+
+
+def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: Path) -> None:
+    plan, folder, digest = flown
+    opened = room.open_folder(plan, tmp_path / "out")
+    crew = room.LocalCrew(2)
+    first = crew.processes
+    journal = Journal(opened.path)
+
+    def kill() -> None:
+        while not any(number >= 0 for shard in range(4) for number in journal.begun(shard)):
+            time.sleep(0.01)
+        os.kill(first[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    room.run(plan, opened, crew)
+    killer.join()
+    outcome = room.finish(plan, opened)
+    assert outcome is not None
+    assert outcome.digest == digest
+    assert bytes_of(tmp_path / "out") == bytes_of(folder)
+
+
+def test_a_flight_on_which_processes_die_is_a_failure_and_the_others_are_flown(
+    flown: tuple, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan, _, _ = flown
+    opened = room.open_folder(plan, tmp_path / "out")
+    crew, journal = room.LocalCrew(1), Journal(opened.path)
+    killed: list[int] = []
+    done = threading.Event()
+
+    def kill() -> None:
+        while not done.is_set():
+            for shard in range(4):
+                begun = journal.begun(shard)
+                if begun and begun[-1] == 3 and len(killed) < 3:
+                    killed.append(crew.processes[0])
+                    os.kill(killed[-1], signal.SIGKILL)
+                    while not done.is_set() and crew.processes[0] == killed[-1]:
+                        time.sleep(0.005)
+            time.sleep(0.002)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        room.run(plan, opened, crew)
+    finally:
+        done.set()
+        killer.join()
+    outcome = room.finish(plan, opened)
+    assert outcome is not None
+    assert len(killed) == 3
+    failures = pd.read_csv(tmp_path / "out" / "failures.csv")
+    assert failures[["flight", "kind"]].to_numpy().tolist() == [[3, "killed"]]
+    assert outcome.tally.flown == 7
+
+
+def test_flights_that_cannot_be_flown_are_told_and_do_not_end_the_sweep(tmp_path: Path) -> None:
+    tail = '\n[[sweep.axes]]\nkey = "start.speed_mps"\ngrid = [75.0, 30.0]\n'
+    plan = room.read_sweep(sweep_file(tmp_path, tail, flights=4))
+    outcome = fly(plan, tmp_path / "out")
+    failures = pd.read_csv(tmp_path / "out" / "failures.csv")
+    assert outcome.tally.flown == 2
+    assert failures["start.speed_mps"].tolist() == [30.0, 30.0]
+    assert (failures["kind"] == "refused").all()
+    assert failures["reason"].str.contains("start.speed_mps").all()
+    index = pd.read_parquet(tmp_path / "out" / "index.parquet")
+    assert index["flown"].tolist() == [True, True, False, False]
+    with pytest.raises(DataError, match=r"2 flights failed; allowed: at most 1 \(--max-failures\)"):
+        fly(plan, tmp_path / "bounded", workers=1, max_failures=1)
+
+
+def test_another_sweep_does_not_go_on_in_the_folder(flown: tuple, tmp_path: Path) -> None:
+    plan, folder, digest = flown
+    with pytest.raises(RequestError, match="holds a sweep already; --resume goes on with it"):
+        room.open_folder(plan, folder)
+    other = room.read_sweep(sweep_file(tmp_path), ["sweep.seed=6"])
+    with pytest.raises(DataError, match="was begun with another sweep file"):
+        room.open_folder(other, folder, resume=True)
+    fewer = room.read_sweep(sweep_file(tmp_path), ["sweep.flights=4"])
+    with pytest.raises(DataError, match="was begun with 8 flights, not 4; allowed: as many, or more"):
+        room.open_folder(fewer, folder, resume=True)
+
+
+def test_more_flights_are_added_to_a_finished_sweep(flown: tuple, tmp_path: Path) -> None:
+    small = room.read_sweep(sweep_file(tmp_path, flights=6, shard=4))
+    fly(small, tmp_path / "grown")
+    large = room.read_sweep(sweep_file(tmp_path, flights=8, shard=4))
+    grown = fly(large, tmp_path / "grown").digest
+    assert grown == fly(large, tmp_path / "whole").digest
+    assert bytes_of(tmp_path / "grown") == bytes_of(tmp_path / "whole")
+
+
+def test_a_full_disk_ends_the_sweep_and_what_is_there_stays(
+    flown: tuple, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import resource
+
+    plan, _, digest = flown
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    # processes of the crew are forked from a server that is started with the limit: a file ends as on a full disk
+    script = (
+        "import resource, signal, sys; from pathlib import Path\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))\n"
+        "from magsim import sweep as room\n"
+        "from magsim.errors import MagsimError\n"
+        "plan = room.read_sweep(sys.argv[1])\n"
+        "folder = room.open_folder(plan, Path(sys.argv[2]))\n"
+        "try:\n"
+        "    room.run(plan, folder, room.LocalCrew(1))\n"
+        "except MagsimError as error:\n"
+        "    print(error)\n"
+        "    sys.exit(error.exit_code)\n"
+    )
+    import subprocess
+    import sys
+
+    del limits
+    ended = subprocess.run(
+        [sys.executable, "-c", script, plan.file.source, str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 2, ended.stderr
+    assert "cannot write" in ended.stdout
+    assert not list((tmp_path / "out").glob("*.h5"))
+    assert not [path for path in (tmp_path / "out").iterdir() if path.name.endswith(".part")]
+    assert fly(plan, tmp_path / "out").digest == digest
