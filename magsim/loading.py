@@ -98,9 +98,7 @@ class LoadedScenario:
         document = config.parse(self.text, overrides=overrides, source=self.document.source)
         renamed = any(override.path == ("aircraft",) for override in document.overrides[len(self.document.overrides) :])
         aircraft = None if renamed else self._type
-        return load_document(
-            document, self.name, self.folder, overrides=overrides, aircraft=aircraft, within=within
-        )
+        return load_document(document, self.name, self.folder, overrides=overrides, aircraft=aircraft, within=within)
 
     @property
     def _type(self) -> Aircraft:
@@ -253,7 +251,7 @@ def _aircraft_of(document: Document, folder: Path, within: Path | None) -> tuple
 
 
 def _base(document: Document, key: tuple[str, ...], folder: Path, within: Path | None) -> Path | None:
-    """Return where a path under a key begins: the file's folder, or for an override ``within`` (None: working folder)."""
+    """Return where a path under a key begins: the file's folder; for an override ``within``, or the working folder."""
     return within if any(override.path == key for override in document.overrides) else folder
 
 

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from magsim.sweep import Progress, SweepPlan
 
 
+MOST_PARTS = 1_000_000
+
+
 class _Part(click.ParamType):
     """A part of a sweep: i/n."""
 
@@ -20,10 +23,11 @@ class _Part(click.ParamType):
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
         if isinstance(value, tuple):
             return value
-        first, slash, second = str(value).partition("/")
-        if slash and first.isdecimal() and second.isdecimal() and 1 <= int(first) <= int(second) <= 1_000_000:
-            return int(first), int(second)
-        self.fail(f"{value!r} is no part of a sweep; allowed: i/n, from 1/n to n/n, such as 2/4", param, ctx)
+        first, _slash, second = str(value).partition("/")
+        decimal = first.isdecimal() and second.isdecimal()
+        if not decimal or not 1 <= int(first) <= int(second) <= MOST_PARTS:
+            self.fail(f"{value!r} is no part of a sweep; allowed: i/n, from 1/n to n/n, such as 2/4", param, ctx)
+        return int(first), int(second)
 
 
 @click.command(short_help="Fly a scenario in thousands of variations.")
@@ -31,7 +35,9 @@ class _Part(click.ParamType):
 @click.option(
     "-o", "--output", metavar="FOLDER", type=click.Path(path_type=Path), help="Where; default ./data/<name of FILE>"
 )
-@click.option("--dry-run", is_flag=True, help="Show what would be flown, and what it costs: flies a few and times them.")
+@click.option(
+    "--dry-run", is_flag=True, help="Show what would be flown, and what it costs: flies a few and times them."
+)
 @click.option("-w", "--workers", type=click.IntRange(1, 10_000), help="Processes that fly; default one a core.")
 @click.option(
     "--engine", type=click.Choice(["local", "dask"]), default="local", show_default=True, help="Whose processes fly."
@@ -63,9 +69,9 @@ def sweep(  # noqa: PLR0917 - the options
 ) -> None:
     """Fly the flights of a sweep into a folder, which is a data set.
 
-    FILE is a scenario with a [sweep], or the name of a shipped one such as sweeps/places_and_dates. A flight that cannot
-    be flown is written to failures.csv and does not end the sweep. Whatever ends it, --resume goes on, with any number of
-    workers; the files are the same in every byte.
+    FILE is a scenario with a [sweep], or the name of a shipped one such as sweeps/places_and_dates. A flight that
+    cannot be flown is written to failures.csv and does not end the sweep. Whatever ends it, --resume goes on, with any
+    number of workers; the files are the same in every byte.
     """
     from magsim.cli.interrupts import delayed
 
@@ -110,7 +116,9 @@ def _rehearse(plan: "SweepPlan", workers: int, *, quiet: bool) -> None:
     found, count = room.ranges(plan)
     click.echo(f"flights     {count} of {plan.space.count} that the grid and the draws make, in {plan.shards} files")
     if plan.space.flown_count < plan.space.count:
-        click.echo(f"flown       {plan.space.flown_count}, each dressed {plan.space.count // plan.space.flown_count} times")
+        click.echo(
+            f"flown       {plan.space.flown_count}, each dressed {plan.space.count // plan.space.flown_count} times"
+        )
     width = max((len(name) for name in found), default=0)
     for name, values in found.items():
         click.echo(f"{name:<{width}}  {values.text}")
@@ -119,8 +127,10 @@ def _rehearse(plan: "SweepPlan", workers: int, *, quiet: bool) -> None:
     cost = room.measure(plan, (lambda _line: None) if quiet else (lambda line: click.echo(line, err=True)))
     flown = min(plan.space.flown_count, count)
     total_s = cost.total_s(count, flown)
-    click.echo(f"a flight    {cost.flight_s:.2f} s of one core, {cost.simulated_s:.0f} s of flight, {cost.size / 1e6:.2f} MB")
-    if cost.dressing_s == cost.dressing_s:  # noqa: PLR0124 - not NaN
+    click.echo(
+        f"a flight    {cost.flight_s:.2f} s of one core, {cost.simulated_s:.0f} s of flight, {cost.size / 1e6:.2f} MB"
+    )
+    if cost.dressing_s == cost.dressing_s:
         click.echo(f"a dressing  {cost.dressing_s:.2f} s of one core")
     click.echo(
         f"altogether  {total_s / 3600.0:.2f} core hours, {room.duration(total_s / workers)} with {workers} workers, "

@@ -39,14 +39,15 @@ class FlightEntry(Strict):
     def of(cls, recording: Recording) -> "FlightEntry":
         """Describe a simulated recording."""
         meta, split = recording.meta, columns.SPLIT.pattern
-        return cls(
-            name=recording.name,
-            rows=len(recording),
-            digest=str(meta.get("digest", "")),
-            individual=meta.get("individual") or None,
-            day=meta.get("day") or None,
-            splits=split_rows(recording[split]) if split in recording else {},
-        )
+        entry = {
+            "name": recording.name,
+            "rows": len(recording),
+            "digest": str(meta.get("digest", "")),
+            "individual": meta.get("individual") or None,
+            "day": meta.get("day") or None,
+            "splits": split_rows(recording[split]) if split in recording else {},
+        }
+        return cls.model_validate(entry)
 
 
 class FileEntry(Strict):

@@ -1,4 +1,4 @@
-"""Sweeps: one scenario flown in thousands of variations, by processes that may die, into a folder that is a data set."""
+"""Sweeps: one scenario in thousands of variations, flown by processes that may die, into a folder of recordings."""
 
 from magsim.sweep.crews import ClusterCrew, Crew, LocalCrew, cluster_crew
 from magsim.sweep.finish import Outcome, check_ready, finish, write_failures

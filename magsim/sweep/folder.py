@@ -109,8 +109,8 @@ def _read_state(path: Path) -> State | None:
 def _check_state(plan: SweepPlan, state: State, path: Path) -> None:
     if state.identity != plan.identity:
         msg = (
-            f"{path}: was begun with another sweep file, scenario, aircraft or version of magsim than the present ones; "
-            f"allowed: the same, which {path / COPY} shows, or another folder"
+            f"{path}: was begun with another sweep file, scenario, aircraft or version of magsim than the present "
+            f"ones; allowed: the same, which {path / COPY} shows, or another folder"
         )
         raise DataError(msg)
     if state.flights > plan.space.count:

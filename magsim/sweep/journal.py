@@ -1,8 +1,8 @@
 """The journal of a sweep: one record for each finished file, written after it, and a log of the file in work.
 
-``journal/00000012.json`` states what shard 12 holds, with its checksum, and why flights of it failed; a shard without a
-valid record is flown. ``journal/00000012.log`` is locked by the process that flies the shard and holds the numbers of the
-flights that it has begun, so that two processes seldom fly the same, and the flight is known on which one died.
+``journal/00000012.json`` states what shard 12 holds, with its checksum, and why flights of it failed; a shard without
+a valid record is flown. ``journal/00000012.log`` is locked by the process that flies the shard and holds the numbers of
+the flights that it has begun, so that two processes seldom fly the same, and the flight is known on which one died.
 """
 
 import contextlib

@@ -202,9 +202,7 @@ def _base(file: SweepFile, document: Document, settings: SweepSettings) -> Loade
         text = _without_sweep(file.text, {**config.parse(file.text).table})
         overrides = (*settings.set_, *own)
         parsed = config.parse(text, overrides=overrides, source=file.source)
-        return load_document(
-            parsed, file.name, Path(file.folder), overrides=overrides, within=Path(file.folder)
-        )
+        return load_document(parsed, file.name, Path(file.folder), overrides=overrides, within=Path(file.folder))
     if rest and not own:
         key = next(iter(rest))
         text = f"has no effect beside sweep.scenario = {settings.scenario!r}; allowed: in its own file, or in sweep.set"
@@ -246,15 +244,13 @@ def _without_sweep(text: str, table: Mapping[str, object]) -> str:
     return rest
 
 
-def _paths(
-    settings: SweepSettings, table: Mapping[str, object]
-) -> tuple[list[list[str]], list[tuple[str, str]]]:
+def _paths(settings: SweepSettings, table: Mapping[str, object]) -> tuple[list[list[str]], list[tuple[str, str]]]:
     """Return the key paths of each axis, ``[*]`` replaced, and the problems of those that do not fit."""
     out: list[list[str]] = []
     problems: list[tuple[str, str]] = []
     seen: dict[tuple[str | int, ...], int] = {}
     for i, axis in enumerate(settings.axes):
-        given = axis.key or list(axis.values[0])  # type: ignore[call-overload]
+        given = axis.key or axis.table_keys
         paths = [path for text in given for path in _expanded(str(text), table)]
         if axis.key:
             out.append(paths)
@@ -271,8 +267,9 @@ def _paths(
                 problems.append((f"sweep.axes[{i}].key", f"{text!r} cannot vary; allowed: keys of the scenario"))
             for other, j in seen.items():
                 if other[: len(parts)] == parts or parts[: len(other)] == other:
-                    text = f"{text!r} is set by axes[{j}] too; allowed: each key once"
-                    problems.append((f"sweep.axes[{i}].key", text))
+                    problems.append(
+                        (f"sweep.axes[{i}].key", f"{text!r} is set by axes[{j}] too; allowed: each key once")
+                    )
                     break
             seen.setdefault(parts, i)
     return out, problems
@@ -306,9 +303,7 @@ def _constraints(
 ) -> tuple[list[Constraint], dict[str, float], list[tuple[str, str]]]:
     """Return the constraints, the values of keys in them that do not vary, and problems."""
     varied = {path for group in paths for path in group}
-    for axis in settings.axes:
-        if not axis.key:
-            varied.update(axis.values[0])  # type: ignore[call-overload]
+    varied.update(name for axis in settings.axes for name in axis.table_keys)
     out, fixed, problems = [], {}, []
     for i, text in enumerate(settings.require):
         try:
@@ -322,6 +317,6 @@ def _constraints(
             if isinstance(value, int | float) and not isinstance(value, bool):
                 fixed[name] = float(value)
             else:
-                text = f"{name!r} neither varies nor is a number in the scenario's file; allowed: one that does or is"
-                problems.append((f"sweep.require[{i}]", text))
+                why = f"{name!r} neither varies nor is a number in the scenario's file; allowed: one that does or is"
+                problems.append((f"sweep.require[{i}]", why))
     return out, fixed, problems

@@ -4,7 +4,6 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from magsim.errors import DataError
 from magsim.sweep.crews import Crew, Died, Finished
@@ -117,7 +116,7 @@ def run(
     DataError
         If too many flights failed, processes die at their start, or the sweep's files have changed meanwhile.
     """
-    driver = _Driver(plan, folder, crew, part, max_failures, report)
+    driver = _Driver(plan, folder, crew, part=part, max_failures=max_failures, report=report)
     finished = False
     try:
         driver.fly()
@@ -135,6 +134,7 @@ class _Driver:
         plan: SweepPlan,
         folder: SweepFolder,
         crew: Crew,
+        *,
         part: tuple[int, int],
         max_failures: int | None,
         report: Callable[[Progress], None],
@@ -220,7 +220,9 @@ class _Driver:
 
     def _check_failures(self) -> None:
         if self._most is not None and self.progress.failed > self._most:
-            msg = f"{self._folder}: {self.progress.failed} flights failed; allowed: at most {self._most} (--max-failures)"
+            msg = (
+                f"{self._folder}: {self.progress.failed} flights failed; allowed: at most {self._most} (--max-failures)"
+            )
             raise DataError(msg)
 
     def _tell(self) -> None:

@@ -106,7 +106,13 @@ class Axis(Strict):
     def values(self) -> tuple[object, ...]:
         """Those of a grid, list or choice."""
         found = self.given(self.way)
-        return found.values if isinstance(found, Steps) else tuple(found)  # type: ignore[arg-type, call-overload]
+        return found.values if isinstance(found, Steps) else tuple(found)  # type: ignore[arg-type]
+
+    @property
+    def table_keys(self) -> tuple[str, ...]:
+        """Key paths of a list of tables; empty for any other axis."""
+        first = self.values[0] if not self.is_drawn else None
+        return tuple(first) if isinstance(first, Mapping) and not self.key else ()
 
     def given(self, way: str) -> object:
         """Return what a key of ``WAYS`` holds, or None."""
@@ -125,16 +131,8 @@ class Axis(Strict):
             what = "has no values" if not ways else f"has {' and '.join(ways)}"
             yield "", f"{what}; allowed: one of {', '.join(WAYS)}"
             return
+        yield from self._misnamed()
         way = ways[0]
-        tables = way == "list" and any(isinstance(value, Mapping) for value in self.values)
-        if tables:
-            yield from _check_tables(self)
-        elif not self.key:
-            yield "key", "is missing; allowed: a key path such as start.alt_m"
-        for i, text in enumerate(self.key):
-            path = keys.split(text.replace("[*]", "[0]"))
-            if path is None or isinstance(path[0], int):
-                yield f"key[{i}]", f"{text!r:.60} is no key path; allowed: one such as start.alt_m"
         for name in ("uniform", "log_uniform"):
             yield from _check_bounds(name, self.given(name))
         if way != "normal" and self.limits is not None:
@@ -143,12 +141,24 @@ class Axis(Strict):
             yield "sampling", f"has no effect on {way}; allowed: where values are drawn"
         if way not in ("uniform", "log_uniform", "normal") and self.whole:
             yield "whole", f"has no effect on {way}; allowed: with uniform, log_uniform or normal"
+        elif self.whole and isinstance(getattr(self, way)[0], datetime):
+            yield "whole", "has no effect on dates; allowed: with numbers"
         if self.normal is not None:
             if self.normal[1] <= 0:
                 yield "normal[1]", f"{self.normal[1]:g} is no standard deviation; allowed: above 0"
             yield from _check_bounds("limits", self.limits)
-        if self.whole and isinstance(getattr(self, way)[0], datetime):
-            yield "whole", "has no effect on dates; allowed: with numbers"
+
+    def _misnamed(self) -> Iterator[tuple[str, str]]:
+        """Yield the problems of the keys that it sets."""
+        tables = self.way == "list" and any(isinstance(value, Mapping) for value in self.values)
+        if tables:
+            yield from _check_tables(self)
+        elif not self.key:
+            yield "key", "is missing; allowed: a key path such as start.alt_m"
+        for i, text in enumerate(self.key):
+            path = keys.split(text.replace("[*]", "[0]"))
+            if path is None or isinstance(path[0], int):
+                yield f"key[{i}]", f"{text!r:.60} is no key path; allowed: one such as start.alt_m"
 
 
 def _check_tables(axis: Axis) -> Iterator[tuple[str, str]]:
@@ -218,7 +228,10 @@ class SweepSettings(Strict):
     )
     sampling: Sampling = Field(default="random", description="how values are drawn")
     block: int = Field(
-        default=100, ge=2, le=100_000, description="flights that make one Latin hypercube; more flights are more of them"
+        default=100,
+        ge=2,
+        le=100_000,
+        description="flights that make one Latin hypercube; more flights are more of them",
     )
     shard: int = Field(default=8, ge=1, le=10_000, description="flights in each file")
     split: Split | None = Field(

@@ -169,6 +169,6 @@ def _described(flight: SweptFlight, recording: Recording) -> Flown:
         number=flight.number,
         entry=FlightEntry.of(recording),
         duration_s=duration_s,
-        seed=recording.meta["seed"],
+        seed=int(str(recording.meta["seed"])),
         interference_std_nt=stds,
     )

@@ -53,7 +53,9 @@ def sweep_file(folder: Path, tail: str = "", *, flights: int = 8, shard: int = 2
     return path
 
 
-def fly(plan: SweepPlan, folder: Path, *, workers: int = 2, part: tuple[int, int] = (1, 1), **options: object) -> Outcome:
+def fly(
+    plan: SweepPlan, folder: Path, *, workers: int = 2, part: tuple[int, int] = (1, 1), **options: object
+) -> Outcome:
     """Fly a sweep on this machine, to its end."""
     opened = room.open_folder(plan, folder, resume=True, shared=True)
     room.run(plan, opened, room.LocalCrew(workers), part=part, **options)  # type: ignore[arg-type]

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -13,6 +15,7 @@ import pytest
 from magsim import Dataset, simulate
 from magsim import sweep as room
 from magsim.errors import DataError, RequestError
+from magsim.loading import load_scenario
 from magsim.recording import read_recordings
 from magsim.sweep.journal import Journal
 from tests.support.sweeps import bytes_of, fly, sweep_file
@@ -34,17 +37,13 @@ def test_the_folder_is_a_data_set_of_the_flights_that_were_asked_for(flown: tupl
     for recording in dataset:
         flight = flights[recording.name]
         assert recording.meta["overrides"] == list(plan.overrides(flight))
-    headings = {recording.name: recording["true_heading_deg"][0] for recording in dataset if False}
-    assert headings == {}
 
 
 def test_a_flight_is_the_one_that_generate_flies_with_its_settings(flown: tuple, tmp_path: Path) -> None:
-    plan, folder, _ = flown
+    _, folder, _ = flown
     recording = read_recordings(folder / "shard_00000001.h5")[1]
     text = tmp_path / "line.toml"
     text.write_text(recording.meta["scenario_text"], encoding="utf-8")
-    from magsim.loading import load_scenario
-
     again = simulate(load_scenario(text, recording.meta["overrides"]))
     assert again.meta["digest"] == recording.meta["digest"]
     for name in recording.data:
@@ -118,9 +117,7 @@ def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: P
     assert bytes_of(tmp_path / "out") == bytes_of(folder)
 
 
-def test_a_flight_on_which_processes_die_is_a_failure_and_the_others_are_flown(
-    flown: tuple, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_flight_on_which_processes_die_is_a_failure_and_the_others_are_flown(flown: tuple, tmp_path: Path) -> None:
     plan, _, _ = flown
     opened = room.open_folder(plan, tmp_path / "out")
     crew, journal = room.LocalCrew(1), Journal(opened.path)
@@ -169,7 +166,7 @@ def test_flights_that_cannot_be_flown_are_told_and_do_not_end_the_sweep(tmp_path
 
 
 def test_another_sweep_does_not_go_on_in_the_folder(flown: tuple, tmp_path: Path) -> None:
-    plan, folder, digest = flown
+    plan, folder, _ = flown
     with pytest.raises(RequestError, match="holds a sweep already; --resume goes on with it"):
         room.open_folder(plan, folder)
     other = room.read_sweep(sweep_file(tmp_path), ["sweep.seed=6"])
@@ -178,6 +175,10 @@ def test_another_sweep_does_not_go_on_in_the_folder(flown: tuple, tmp_path: Path
     fewer = room.read_sweep(sweep_file(tmp_path), ["sweep.flights=4"])
     with pytest.raises(DataError, match="was begun with 8 flights, not 4; allowed: as many, or more"):
         room.open_folder(fewer, folder, resume=True)
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "mine.txt").write_text("text", encoding="utf-8")
+    with pytest.raises(RequestError, match="notes exists already"):
+        room.open_folder(plan, tmp_path / "notes", resume=True)
 
 
 def test_more_flights_are_added_to_a_finished_sweep(flown: tuple, tmp_path: Path) -> None:
@@ -189,40 +190,30 @@ def test_more_flights_are_added_to_a_finished_sweep(flown: tuple, tmp_path: Path
     assert bytes_of(tmp_path / "grown") == bytes_of(tmp_path / "whole")
 
 
-def test_a_full_disk_ends_the_sweep_and_what_is_there_stays(
-    flown: tuple, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import resource
+LIMITED = """
+import resource, signal, sys
+from pathlib import Path
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+from magsim import sweep as room
+from magsim.errors import MagsimError
+plan = room.read_sweep(sys.argv[1])
+folder = room.open_folder(plan, Path(sys.argv[2]))
+try:
+    room.run(plan, folder, room.LocalCrew(1))
+except MagsimError as error:
+    print(error)
+    sys.exit(error.exit_code)
+"""
+"""Flies a sweep whose files cannot grow beyond 60 kB: a write fails as it does on a full disk."""
 
+
+def test_a_full_disk_ends_the_sweep_and_what_is_there_stays(flown: tuple, tmp_path: Path) -> None:
     plan, _, digest = flown
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    # processes of the crew are forked from a server that is started with the limit: a file ends as on a full disk
-    script = (
-        "import resource, signal, sys; from pathlib import Path\n"
-        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))\n"
-        "from magsim import sweep as room\n"
-        "from magsim.errors import MagsimError\n"
-        "plan = room.read_sweep(sys.argv[1])\n"
-        "folder = room.open_folder(plan, Path(sys.argv[2]))\n"
-        "try:\n"
-        "    room.run(plan, folder, room.LocalCrew(1))\n"
-        "except MagsimError as error:\n"
-        "    print(error)\n"
-        "    sys.exit(error.exit_code)\n"
-    )
-    import subprocess
-    import sys
-
-    del limits
-    ended = subprocess.run(
-        [sys.executable, "-c", script, plan.file.source, str(tmp_path / "out")],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [sys.executable, "-c", LIMITED, plan.file.source, str(tmp_path / "out")]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.returncode == 2, ended.stderr
     assert "cannot write" in ended.stdout
     assert not list((tmp_path / "out").glob("*.h5"))
-    assert not [path for path in (tmp_path / "out").iterdir() if path.name.endswith(".part")]
+    assert not list((tmp_path / "out").glob(".*.part"))
     assert fly(plan, tmp_path / "out").digest == digest

@@ -53,7 +53,9 @@ def test_a_flight_alone_is_the_flight_among_all(sampling: str) -> None:
         assert list(found.flights(place, place + 1)) == [whole[place]]
 
 
-@given(st.lists(st.tuples(st.integers(1, 4), st.booleans()), min_size=1, max_size=4), st.integers(1, 3), st.integers(1, 3))
+@given(
+    st.lists(st.tuples(st.integers(1, 4), st.booleans()), min_size=1, max_size=4), st.integers(1, 3), st.integers(1, 3)
+)
 def test_every_number_has_one_place_and_those_of_one_flight_stand_together(
     grids: list[tuple[int, bool]], dressings: int, rounds: int
 ) -> None:
@@ -90,7 +92,9 @@ def test_what_dresses_does_not_change_what_is_flown() -> None:
 @pytest.mark.parametrize("sampling", ["random", "sobol", "latin_hypercube"])
 def test_distributions_are_those_asked_for(sampling: str) -> None:
     count = 4000
-    columns = space(ALTITUDE, NOISE, SPEED, flights=count, sampling=sampling).columns(np.arange(count), np.arange(count))
+    columns = space(ALTITUDE, NOISE, SPEED, flights=count, sampling=sampling).columns(
+        np.arange(count), np.arange(count)
+    )
     low, high = -2.0, 2.0
     expected = {
         "start.alt_m": stats.uniform(300, 2700),

@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from magsim import columns
-from magsim.dataset import Dataset, FileEntry, FlightEntry, Manifest, split_rows
+from magsim.dataset import Dataset, FileEntry, FlightEntry, Manifest
 from magsim.generation.description import samples, statistics
 from magsim.generation.description.samples import ColumnSample, Samples
 from magsim.generation.description.statistics import Statistic, Statistics
-from magsim.recording import Recording, read_recordings
+from magsim.recording import read_recordings
 from magsim.recording.verify import verify
 
 

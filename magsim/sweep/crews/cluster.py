@@ -1,12 +1,14 @@
 """The workers of a dask cluster: one that runs already, or one that is started on this machine.
 
-A cluster that is started here listens on the loopback interface alone, its dashboard too: by default dask's dashboard is
-open to the network. Results are small; the recordings go to the file system, which all workers must share. A future is
-dropped as soon as it has ended, because dask repeats a finished task whose future is held when its worker goes.
+A cluster that is started here listens on the loopback interface alone, its dashboard too: by default dask's dashboard
+is open to the network. Results are small; the recordings go to the file system, which all workers must share. A future
+is dropped as soon as it has ended, because dask repeats a finished task whose future is held when its worker goes.
 """
 
 import contextlib
 import uuid
+from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from typing import TYPE_CHECKING, Any
 
 from magsim.errors import DataError, MagsimError, RequestError
@@ -20,6 +22,8 @@ LOOPBACK = "127.0.0.1"
 
 CONNECT_S = 30.0
 
+LOST = "the connection to the dask scheduler was lost"
+
 AHEAD = 2
 """Tasks for each thread of the cluster, so that none waits for the next."""
 
@@ -27,7 +31,7 @@ LEAST_TASKS = 16
 """Tasks that a cluster has at least, so that one that grows with its load begins to."""
 
 
-def cluster_crew(scheduler: str | None, workers: int | None) -> "ClusterCrew":
+def cluster_crew(scheduler: str | None, workers: int | None, *, connect_s: float = CONNECT_S) -> "ClusterCrew":
     """Connect to a dask cluster, or start one on this machine.
 
     Parameters
@@ -36,6 +40,9 @@ def cluster_crew(scheduler: str | None, workers: int | None) -> "ClusterCrew":
         Address of one that runs; without it, one is started.
     workers : int, optional
         Processes of one that is started; by default one a core.
+
+    connect_s : float [s]
+        How long a running one is waited for.
 
     Raises
     ------
@@ -64,7 +71,7 @@ def cluster_crew(scheduler: str | None, workers: int | None) -> "ClusterCrew":
             )
         return ClusterCrew(distributed.Client(cluster), cluster)
     try:
-        return ClusterCrew(distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False))
+        return ClusterCrew(distributed.Client(scheduler, timeout=connect_s, set_as_default=False))
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         msg = f"--scheduler {scheduler}: no dask scheduler answers ({reason:.200}); allowed: such as tcp://node1:8786"
@@ -80,21 +87,28 @@ class ClusterCrew:
         Closed with the crew.
     cluster : distributed.LocalCluster, optional
         Closed with the crew.
+
+    Attributes
+    ----------
+    cluster : distributed.LocalCluster or None
+        The one that was started for this crew.
     """
 
     def __init__(self, client: "Client", cluster: Any = None) -> None:
-        self._client, self._cluster = client, cluster
+        self._client, self.cluster = client, cluster
         self._tasks: dict[Future, ShardTask] = {}
 
     @property
     def wanted(self) -> int:
         """Twice as many tasks as the cluster has threads."""
-        return max(AHEAD * sum(self._client.nthreads().values()), LEAST_TASKS)
+        with _connected():
+            return max(AHEAD * sum(self._client.nthreads().values()), LEAST_TASKS)
 
     def submit(self, task: ShardTask) -> None:
         """Give a task to the scheduler."""
         key = f"shard-{task.shard}-{uuid.uuid4().hex}"
-        self._tasks[self._client.submit(fly_shard, task, key=key, pure=False)] = task
+        with _connected():
+            self._tasks[self._client.submit(fly_shard, task, key=key, pure=False)] = task
 
     def wait(self, timeout_s: float) -> list[Finished | Died]:
         """Return what has ended.
@@ -106,7 +120,7 @@ class ClusterCrew:
         """
         import distributed
 
-        with contextlib.suppress(TimeoutError):
+        with _connected(), contextlib.suppress(TimeoutError):
             distributed.wait(list(self._tasks), timeout=timeout_s, return_when="FIRST_COMPLETED")
         out: list[Finished | Died] = []
         for future in [future for future in self._tasks if future.done()]:
@@ -122,8 +136,19 @@ class ClusterCrew:
                 self._client.cancel(list(self._tasks), force=True)
         self._tasks.clear()
         self._client.close()
-        if self._cluster is not None:
-            self._cluster.close()
+        if self.cluster is not None:
+            self.cluster.close()
+
+
+@contextlib.contextmanager
+def _connected() -> Iterator[None]:
+    """Say in one line that the scheduler is gone."""
+    from distributed.client import FutureCancelledError
+
+    try:
+        yield
+    except (OSError, FutureCancelledError, CancelledError) as error:
+        raise DataError(LOST) from error
 
 
 def _ended(future: "Future", task: ShardTask) -> Finished | Died:
@@ -131,8 +156,7 @@ def _ended(future: "Future", task: ShardTask) -> Finished | Died:
     import distributed
 
     if future.cancelled():
-        msg = f"shard {task.shard}: the connection to the dask scheduler was lost"
-        raise DataError(msg)
+        raise DataError(LOST)
     error = future.exception()
     if error is None:
         result = future.result()

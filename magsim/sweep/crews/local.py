@@ -1,8 +1,8 @@
 """Processes of this machine.
 
-Each has a pipe of its own, so that one that dies takes no other's work with it: a pool of the standard library breaks as
-a whole. They are forked from a server that has imported magsim once. A process whose driver is gone finishes its shard
-and ends.
+Each has a pipe of its own, so that one that dies takes no other's work with it: a pool of the standard library breaks
+as a whole. They are forked from a server that has imported magsim once. A process whose driver is gone finishes its
+shard and ends.
 """
 
 import contextlib

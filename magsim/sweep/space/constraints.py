@@ -103,8 +103,12 @@ def _check(node: ast.expr, names: set[str], text: str) -> None:
         _check(node.operand, names, text)
     elif _is_call(node):
         _check(node.args[0], names, text)  # type: ignore[attr-defined]
-    elif not (isinstance(node, ast.Constant) and type(node.value) in (int, float) and abs(node.value) < 1e300):
+    elif not (isinstance(node, ast.Constant) and _is_number(node.value)):
         raise _refused(text)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
 
 
 def _is_call(node: ast.expr) -> bool:

@@ -22,9 +22,8 @@ def values(axis: Axis, numbers: np.ndarray) -> Sequence[object]:
     if axis.choice is not None:
         chosen = np.minimum((numbers * len(axis.choice)).astype(int), len(axis.choice) - 1)
         return [axis.choice[i] for i in chosen]
-    if axis.uniform is not None and isinstance(axis.uniform[0], datetime):
-        low, high = axis.uniform
-        assert isinstance(high, datetime)
+    low, high = axis.uniform or (None, None)
+    if isinstance(low, datetime) and isinstance(high, datetime):
         span_s = (high - low).total_seconds()
         return [low + timedelta(seconds=int(span_s * number)) for number in numbers]
     drawn = _real(axis, numbers)

@@ -1,8 +1,8 @@
 """Numbers between 0 and 1 for each flight of a sweep, by its index.
 
-Each axis has numbers of its own, by its name, in blocks; so the number of flight k on an axis depends neither on how many
-flights there are nor on the other axes, and any flight's can be asked for alone. scipy's own scrambling would not keep
-that: one more dimension changes the columns before it, and a Latin hypercube of more points is another one.
+Each axis has numbers of its own, by its name, in blocks; so the number of flight k on an axis depends neither on how
+many flights there are nor on the other axes, and any flight's can be asked for alone. scipy's own scrambling would not
+keep that: one more dimension changes the columns before it, and a Latin hypercube of more points is another one.
 """
 
 from functools import lru_cache
@@ -19,7 +19,9 @@ SOBOL_BITS = 30
 """Of scipy's Sobol points."""
 
 
-def numbers(method: str, seed: int, name: str, index: np.ndarray, *, dimension: int = 0, block: int = BLOCK) -> np.ndarray:
+def numbers(
+    method: str, seed: int, name: str, index: np.ndarray, *, dimension: int = 0, block: int = BLOCK
+) -> np.ndarray:
     """Return the numbers of flights on one axis.
 
     Parameters
@@ -47,12 +49,13 @@ def numbers(method: str, seed: int, name: str, index: np.ndarray, *, dimension: 
     out = np.empty(len(place))
     for number in np.unique(which):
         here = which == number
-        out[here] = _block(method, seed, name, int(number), dimension, size)[place[here]]
+        column = _block(method, seed, name, number=int(number), dimension=dimension, size=size)
+        out[here] = column[place[here]]
     return out
 
 
 @lru_cache(maxsize=512)
-def _block(method: str, seed: int, name: str, number: int, dimension: int, size: int) -> np.ndarray:
+def _block(method: str, seed: int, name: str, *, number: int, dimension: int, size: int) -> np.ndarray:
     """Return the numbers of one block, (size,)."""
     if method == "sobol":
         return _sobol(seed, name, number, dimension, size)

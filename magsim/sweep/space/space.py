@@ -1,9 +1,9 @@
 """The flights of a sweep, each computed from its number alone, so that a million need no memory.
 
 Flight k has the digits of k in the mixed radix of the grids, the first axis fastest: a further axis at the end, or more
-flights, leave what was there. *Dressing* axes change only what a finished flight is seen with; the digits of all others,
-with the number of the round through the grid, are the number f of what is flown. Flights of one f stand together in the
-order in which files are filled, whatever the order of the axes.
+flights, leave what was there. *Dressing* axes change only what a finished flight is seen with; the digits of all
+others, with the number of the round through the grid, are the number f of what is flown. Flights of one f stand
+together in the order in which files are filled, whatever the order of the axes.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -111,7 +111,7 @@ class Space:
         columns = self.columns(number, flown)
         keep = self._allowed(columns, len(number))
         names = list(columns)
-        for i in np.flatnonzero(keep):
+        for i in np.flatnonzero(keep).tolist():
             yield SweptFlight(int(number[i]), int(flown[i]), {name: columns[name][i] for name in names})
 
     def columns(self, number: np.ndarray, flown: np.ndarray) -> dict[str, Sequence[object]]:
@@ -128,16 +128,16 @@ class Space:
             if self._paths[i]:
                 out.update(dict.fromkeys(self._paths[i], chosen))
             else:
-                out.update({name: [item[name] for item in chosen] for name in axis.values[0]})  # type: ignore
+                out.update({name: [_of(item, name) for item in chosen] for name in axis.table_keys})
         return out
 
     def examples(self) -> dict[str, Sequence[object]]:
-        """Return values of every kind that each key takes on: all of a grid, a list or a choice, one of what is drawn."""
+        """Return values of each key: all of a grid, a list or a choice, and one of what is drawn."""
         out: dict[str, Sequence[object]] = {}
         one = np.zeros(1, dtype=np.int64)
         for i, axis in enumerate(self._settings.axes):
             if not self._paths[i]:
-                out.update({name: [item[name] for item in axis.values] for name in axis.values[0]})  # type: ignore
+                out.update({name: [_of(item, name) for item in axis.values] for name in axis.table_keys})
             else:
                 drawn = axis.is_drawn and axis.choice is None
                 shown = values(axis, self._drawn(i, axis, one)) if drawn else axis.values
@@ -146,7 +146,7 @@ class Space:
 
     def _keys(self, axis: int) -> Sequence[str]:
         """Return the key paths of an axis."""
-        return self._paths[axis] or list(self._settings.axes[axis].values[0])  # type: ignore[call-overload]
+        return self._paths[axis] or self._settings.axes[axis].table_keys
 
     def _method(self, axis: Axis) -> str:
         return axis.sampling or self._settings.sampling
@@ -207,6 +207,11 @@ class Space:
 def _dresses(path: str) -> bool:
     parts = keys.split(path)
     return parts is not None and parts[0] in DRESSING
+
+
+def _of(item: object, name: str) -> object:
+    assert isinstance(item, Mapping)  # SweepSettings has checked it
+    return item[name]
 
 
 def _number(value: object) -> float:
