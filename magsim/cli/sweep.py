@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from magsim.sweep import Progress, SweepPlan
+    from magsim.sweep import SweepPlan, SweepProgress
 
 
 MOST_PARTS = 1_000_000
@@ -138,13 +138,13 @@ def _rehearse(plan: "SweepPlan", workers: int, *, quiet: bool) -> None:
     )
 
 
-def _progress(*, quiet: bool) -> "Callable[[Progress | None], None]":
+def _progress(*, quiet: bool) -> "Callable[[SweepProgress | None], None]":
     """Return what shows progress on stderr: one line that is written over on a terminal, else one a tenth."""
     if quiet:
         return lambda _progress: None
     terminal, shown = sys.stderr.isatty(), -1
 
-    def show(progress: "Progress | None") -> None:
+    def show(progress: "SweepProgress | None") -> None:
         nonlocal shown
         if progress is None:
             if terminal:
@@ -160,7 +160,7 @@ def _progress(*, quiet: bool) -> "Callable[[Progress | None], None]":
     return show
 
 
-def _line(progress: "Progress") -> str:
+def _line(progress: "SweepProgress") -> str:
     from magsim.sweep import duration
 
     left = "-" if progress.remaining_s is None else duration(progress.remaining_s)

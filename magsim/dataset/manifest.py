@@ -35,6 +35,10 @@ class FlightEntry(Strict):
     day: Count | None = Field(default=None, description="on which of its days, where one was set")
     splits: dict[Literal["train", "valid", "test"], Count] = Field(description="rows of each split")
 
+    def rows_in(self, split: str) -> int:
+        """Return the number of rows in a split, 0 if it has none."""
+        return sum(count for name, count in self.splits.items() if name == split)
+
     @classmethod
     def of(cls, recording: Recording) -> "FlightEntry":
         """Describe a simulated recording."""

@@ -3,12 +3,12 @@
 import hashlib
 from dataclasses import dataclass
 
-from magsim.dataset import MANIFEST, FileEntry, Manifest
+from magsim.dataset import MANIFEST, FileEntry, Manifest, parquet
 from magsim.errors import RequestError
 from magsim.storage import atomic_write
 from magsim.storage.machine import fingerprint
 from magsim.sweep.folder import SweepFolder
-from magsim.sweep.index import INDEX, write_index
+from magsim.sweep.index import write_index
 from magsim.sweep.journal import Journal, file_name
 from magsim.sweep.plan import SweepPlan
 from magsim.sweep.report import FAILURES, REPORT, Tally, records, write_report
@@ -19,7 +19,7 @@ MOST_LISTED = 20_000
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepOutcome:
     """What a sweep has flown.
 
     Attributes
@@ -49,7 +49,7 @@ def check_ready() -> None:
         raise RequestError(msg) from None
 
 
-def finish(plan: SweepPlan, folder: SweepFolder) -> Outcome | None:
+def finish(plan: SweepPlan, folder: SweepFolder) -> SweepOutcome | None:
     """Write index, manifest, failures and report of a sweep whose files are all finished.
 
     Parameters
@@ -59,7 +59,7 @@ def finish(plan: SweepPlan, folder: SweepFolder) -> Outcome | None:
 
     Returns
     -------
-    Outcome or None
+    SweepOutcome or None
         None while files are missing: other parts are still flown. Then only the failures are written.
     """
     journal = Journal(folder.path)
@@ -83,9 +83,9 @@ def finish(plan: SweepPlan, folder: SweepFolder) -> Outcome | None:
         text = manifest.to_json()
         path = folder.path / MANIFEST
         atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)
-    write_index(plan, journal, folder.path / INDEX)
+    write_index(plan, journal, folder.path / parquet.INDEX)
     write_report(tally, folder.path / REPORT)
-    return Outcome(tally, digest.hexdigest())
+    return SweepOutcome(tally, digest.hexdigest())
 
 
 def write_failures(plan: SweepPlan, folder: SweepFolder) -> None:

@@ -8,11 +8,14 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError
 
 from magsim.config import Strict
+from magsim.dataset import MANIFEST
+from magsim.dataset.parquet import INDEX
 from magsim.errors import DataError, RequestError
 from magsim.files import first_bytes
 from magsim.storage import atomic_write, check_folder_target
-from magsim.sweep.journal import Journal
+from magsim.sweep.journal import JOURNAL, Journal
 from magsim.sweep.plan import SweepPlan
+from magsim.sweep.report import REPORT
 
 STATE = "sweep.json"
 """What sweep a folder is of."""
@@ -23,7 +26,7 @@ COPY = "sweep.toml"
 MAX_BYTES = 10_000_000
 
 
-class State(Strict):
+class SweepState(Strict):
     """Which sweep a folder is of."""
 
     sweep: Literal[1] = Field(description="version of this format")
@@ -67,16 +70,21 @@ def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bo
     path = Path(path).absolute()
     state = _read_state(path)
     if state is None:
-        check_folder_target(path)
+        if not _is_begun(path):
+            check_folder_target(path)
         path.mkdir(parents=True, exist_ok=True)
     elif not (resume or shared):
         msg = f"{path} holds a sweep already; --resume goes on with it"
         raise RequestError(msg)
     else:
         _check_state(plan, state, path)
+    if state is not None and state.flights < plan.space.count:
+        # what told of fewer flights follows again at the end
+        for name in (INDEX, MANIFEST, REPORT):
+            (path / name).unlink(missing_ok=True)
     Journal(path).make()
     _write(path / COPY, plan.file.text)
-    wanted = State(
+    wanted = SweepState(
         sweep=1,
         name=plan.file.name,
         identity=plan.identity,
@@ -88,7 +96,15 @@ def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bo
     return SweepFolder(path)
 
 
-def _read_state(path: Path) -> State | None:
+def _is_begun(path: Path) -> bool:
+    """Whether a folder holds nothing but what the beginning of a sweep writes before its state."""
+    if not path.is_dir():
+        return False
+    visible = {entry.name for entry in path.iterdir() if not entry.name.startswith(".")}
+    return bool(visible) and visible <= {COPY, JOURNAL}
+
+
+def _read_state(path: Path) -> SweepState | None:
     """Return which sweep a folder is of; None for a folder that is of none.
 
     Raises
@@ -99,14 +115,14 @@ def _read_state(path: Path) -> State | None:
     if not (path / STATE).is_file():
         return None
     try:
-        return State.model_validate_json(first_bytes(path / STATE, MAX_BYTES, kind="the state of a sweep"))
+        return SweepState.model_validate_json(first_bytes(path / STATE, MAX_BYTES, kind="the state of a sweep"))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         msg = f"{path / STATE}: is no state of a sweep: {'.'.join(map(str, first['loc']))}: {first['msg']}"
         raise DataError(msg) from None
 
 
-def _check_state(plan: SweepPlan, state: State, path: Path) -> None:
+def _check_state(plan: SweepPlan, state: SweepState, path: Path) -> None:
     if state.identity != plan.identity:
         msg = (
             f"{path}: was begun with another sweep file, scenario, aircraft or version of magsim than the present "

@@ -23,7 +23,7 @@ WAIT_S = 1.0
 
 
 @dataclass(frozen=True)
-class Progress:
+class SweepProgress:
     """How far a sweep is.
 
     Attributes
@@ -65,7 +65,7 @@ class Progress:
         """Time that the rest will take [s]; None before the first flight of this run."""
         return (self.flights - self.done) / self.rate if self.fresh else None
 
-    def after(self, result: ShardResult, expected: int, *, fresh: bool) -> "Progress":
+    def after(self, result: ShardResult, expected: int, *, fresh: bool) -> "SweepProgress":
         """Return the progress with one more finished file, of which so many flights were expected."""
         found = result.flown + result.failed
         return replace(
@@ -86,8 +86,8 @@ def run(
     *,
     part: tuple[int, int] = (1, 1),
     max_failures: int | None = None,
-    report: Callable[[Progress], None] = lambda _progress: None,
-) -> Progress:
+    report: Callable[[SweepProgress], None] = lambda _progress: None,
+) -> SweepProgress:
     """Fly what a part of a sweep lacks.
 
     Parameters
@@ -106,7 +106,7 @@ def run(
 
     Returns
     -------
-    Progress
+    SweepProgress
         At the end.
 
     Raises
@@ -137,7 +137,7 @@ class _Driver:
         *,
         part: tuple[int, int],
         max_failures: int | None,
-        report: Callable[[Progress], None],
+        report: Callable[[SweepProgress], None],
     ) -> None:
         self._plan, self._crew, self._report = plan, crew, report
         self._folder, self._journal = folder.path, Journal(folder.path)
@@ -151,7 +151,7 @@ class _Driver:
         self._working = 0
         mine = range(part[0] - 1, plan.shards, part[1])
         self._expected = {True: plan.settings.shard, False: plan.space.count - (plan.shards - 1) * plan.settings.shard}
-        self.progress = Progress(sum(self._expect(shard) for shard in mine))
+        self.progress = SweepProgress(sum(self._expect(shard) for shard in mine))
         self._left = self._missing(mine)
 
     def fly(self) -> None:

@@ -28,7 +28,7 @@ PositivePair = Annotated[tuple[Positive, Positive], BeforeValidator(_as_tuple)]
 Sampling = Literal["random", "sobol", "latin_hypercube"]
 
 
-class Steps(Strict):
+class EvenSteps(Strict):
     """Evenly spaced numbers; whole ones where both ends and the step are."""
 
     from_: float | int = Field(alias="from")
@@ -37,7 +37,7 @@ class Steps(Strict):
     count: int | None = Field(default=None, ge=2, le=1_000_000, description="how many, both ends included")
 
     @model_validator(mode="after")
-    def _fits(self) -> "Steps":
+    def _fits(self) -> "EvenSteps":
         if self.to < self.from_:
             raise Problems(("to", f"{self.to:g} is below from = {self.from_:g}; allowed: {self.from_:g} or more"))
         if self.step is not None and self.count is not None:
@@ -72,7 +72,7 @@ class Axis(Strict):
         default=(),
         description="key path of the scenario, or several that take the same value; [*] is every element of a list",
     )
-    grid: Annotated[Steps | Values, BeforeValidator(_steps_or_values)] | None = Field(
+    grid: Annotated[EvenSteps | Values, BeforeValidator(_steps_or_values)] | None = Field(
         default=None, description="values, or {from, to, step or count}; every grid is crossed with every other"
     )
     list_: Values | None = Field(
@@ -106,7 +106,7 @@ class Axis(Strict):
     def values(self) -> tuple[object, ...]:
         """Those of a grid, list or choice."""
         found = self.given(self.way)
-        return found.values if isinstance(found, Steps) else tuple(found)  # type: ignore[arg-type]
+        return found.values if isinstance(found, EvenSteps) else tuple(found)  # type: ignore[arg-type]
 
     @property
     def table_keys(self) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ import hashlib
 from pathlib import Path
 
 from magsim import sweep as room
-from magsim.sweep import Outcome, SweepPlan
+from magsim.sweep import SweepOutcome, SweepPlan
 
 LINE = """\
 schema = 1
@@ -55,7 +55,7 @@ def sweep_file(folder: Path, tail: str = "", *, flights: int = 8, shard: int = 2
 
 def fly(
     plan: SweepPlan, folder: Path, *, workers: int = 2, part: tuple[int, int] = (1, 1), **options: object
-) -> Outcome:
+) -> SweepOutcome:
     """Fly a sweep on this machine, to its end."""
     opened = room.open_folder(plan, folder, resume=True, shared=True)
     room.run(plan, opened, room.LocalCrew(workers), part=part, **options)  # type: ignore[arg-type]

@@ -67,7 +67,7 @@ def test_a_cluster_of_two_one_of_them_killed(flown: tuple, tmp_path: Path) -> No
     crew, journal = cluster_crew(None, 2), Journal(opened.path)
     killed: list[int] = []
 
-    def kill(_progress: room.Progress) -> None:
+    def kill(_progress: room.SweepProgress) -> None:
         if not killed and any(number >= 0 for shard in range(6) for number in journal.begun(shard)):
             killed.append(next(iter(crew.cluster.workers.values())).pid)
             os.kill(killed[0], signal.SIGKILL)
@@ -104,7 +104,7 @@ def test_a_scheduler_that_is_lost_ends_the_sweep_in_one_line(flown: tuple, tmp_p
         crew = cluster_crew(None, 1)
     lost: list[bool] = []
 
-    def lose(_progress: room.Progress) -> None:
+    def lose(_progress: room.SweepProgress) -> None:
         if not lost:
             lost.append(True)
             crew.cluster.sync(crew.cluster.scheduler.close)

@@ -81,7 +81,7 @@ def test_what_is_finished_is_not_flown_again(flown: tuple, tmp_path: Path) -> No
     class Stop(Exception):
         """Ends a run from its report."""
 
-    def stop(progress: room.Progress) -> None:
+    def stop(progress: room.SweepProgress) -> None:
         begun.append(progress.done)
         if progress.done >= 2:
             raise Stop

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from magsim import columns
 from magsim.dataset import Manifest
-from magsim.generation.description.contents import rows_in_split
 from magsim.generation.description.statistics import STATISTICS, Statistics
 from magsim.generation.recipe import LoadedRecipe
 
@@ -81,7 +80,7 @@ def _files(loaded: LoadedRecipe, manifest: Manifest) -> str:
     rows = []
     for entry in manifest.files:
         for number, flight in enumerate(entry.flights):
-            counts = [str(rows_in_split(flight, split)) for split in columns.SPLITS.values()]
+            counts = [str(flight.rows_in(split)) for split in columns.SPLITS.values()]
             first = (f"`{entry.name}`", notes.get(entry.name, "")) if not number else ("", "")
             rows.append([*first, f"`{flight.name}`", *counts])
     table = _table(["file", "content", "flight", "train rows", "valid rows", "test rows"], rows)

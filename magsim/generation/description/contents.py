@@ -51,8 +51,3 @@ def contents_of(folder: Path, dataset: str, made_on: dict[str, str], count: int)
         table |= statistics.of_file(path.name, recordings)
     manifest = Manifest(manifest=1, dataset=dataset, made_on=made_on, files=tuple(entries))
     return Contents(manifest, lines, table)
-
-
-def rows_in_split(flight: FlightEntry, split: str) -> int:
-    """Return the number of rows of a flight in a split, 0 if it has none."""
-    return sum(count for name, count in flight.splits.items() if name == split)

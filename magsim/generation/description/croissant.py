@@ -10,7 +10,6 @@ import json
 from magsim import columns
 from magsim.dataset import Manifest
 from magsim.generation.description.card import CARD, citation, license_url
-from magsim.generation.description.contents import rows_in_split
 from magsim.generation.description.statistics import HEADER, STATISTICS, Statistics
 from magsim.generation.recipe import LoadedRecipe
 
@@ -171,7 +170,7 @@ def _flights(manifest: Manifest) -> dict[str, object]:
     ]
     data = [
         {"flights/name": flight.name, "flights/file": entry.name}
-        | {f"flights/{word}_rows": rows_in_split(flight, word) for word in SPLIT_URLS}
+        | {f"flights/{word}_rows": flight.rows_in(word) for word in SPLIT_URLS}
         for entry in manifest.files
         for flight in entry.flights
     ]
