@@ -28,7 +28,7 @@ def check_swell(
     ground : Ground, optional
         Without it, the ellipsoid is the sea.
     track : TrackLog, optional
-        That is flown; of a pattern, the start point is known to lie on its path.
+        That is flown; of a pattern, its start; ``magsim.flight.check_over_sea`` checks its path.
     bird : Bird, optional
         That is towed below.
     """

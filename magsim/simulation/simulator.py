@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 from magsim.errors import RequestError
 from magsim.field import compute_field, compute_tow_field
-from magsim.flight import fly
+from magsim.flight import check_over_sea, fly
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
 from magsim.simulation.dependence import FieldInputs, FlightInputs
@@ -80,6 +80,7 @@ class Simulator:
         # Solves on one BLAS thread and on two differ in their last bits.
         with one_blas_thread():
             try:
+                check_over_sea(loaded.scenario, loaded.aircraft, loaded.ground)
                 flight, flight_key = self._flown(loaded, _step(progress, "flight"))
                 truths = self._field(loaded, flight, flight_key, _step(progress, "field"))
             except RequestError as error:

@@ -156,7 +156,7 @@ def swell(situation: Situation) -> np.ndarray:
 
 
 def check_over_water(ground: Ground | None, situation: Situation) -> None:
-    """Refuse a swell below which there is land; what start and track tell of it was checked before the flight."""
+    """Refuse a swell below which there is land; what start, track and path tell of it was checked before the flight."""
     if ground is None:
         return
     path = situation.motion
