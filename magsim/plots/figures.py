@@ -17,7 +17,7 @@ GRAY = "#8a9099"
 GROUND = "#c9b8a2"
 COLORS = (
     *("#1f6fb4", "#d1632a", "#2f8f5b", "#8a4fa8", "#b8952a", "#3aa6a6", "#7a7a7a", "#c2557f"),
-    *("#8c5a3c", "#5a6fd1"),
+    *("#8c5a3c", "#5a6fd1", "#93a13c"),
 )
 MANEUVER_COLORS = {1: "#f3d9c9", 2: "#d5e6f3", 3: "#d8ecdf", 4: "#e7dcef"}
 PART_COLORS = dict(zip(columns.PLATFORM, COLORS, strict=True))
