@@ -1,7 +1,7 @@
 """Data: folders of recordings with their manifests, groups that belong together, training and test rows."""
 
 from magsim.dataset.checking import index_differences
-from magsim.dataset.folder import Dataset
+from magsim.dataset.folder import Dataset, files_of
 from magsim.dataset.groups import Data, Group, flights_of, groups_of
 from magsim.dataset.index import FlightInfo, split_rows
 from magsim.dataset.manifest import MANIFEST, FileEntry, FlightEntry, Manifest, read_bounded, read_manifest
@@ -18,6 +18,7 @@ __all__ = [
     "JudgedPiece",
     "Manifest",
     "Training",
+    "files_of",
     "flights_of",
     "groups_of",
     "index_differences",

@@ -6,7 +6,7 @@ without either is a data set too, of all its recording files.
 """
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
@@ -162,6 +162,43 @@ class Dataset:
             lines += manifest_differences(self.folder, self.manifest, self.files)
         if lines:
             raise DataError("\n".join(dict.fromkeys(lines)))
+
+
+def files_of(data: Dataset | Path | str | Iterable[Dataset | Path | str]) -> tuple[Path, ...]:
+    """List recording files without opening them; the index of a folder is compared with its files.
+
+    Parameters
+    ----------
+    data : Dataset, Path, str, or several
+        Data sets, folders, recording files.
+
+    Raises
+    ------
+    RequestError
+        If it is something else, or there is no such file or folder.
+    DataError
+        If an index does not fit the files.
+    """
+    if isinstance(data, Dataset):
+        return data.files
+    if isinstance(data, Path | str):
+        path = Path(data)
+        if not path.is_dir():
+            if not path.is_file():
+                msg = f"{path}: there is no such file or folder"
+                raise RequestError(msg)
+            return (path,)
+        files = recording_files(path)
+        if parquet.is_there(path):
+            parquet.read_flights(path / parquet.INDEX, files)
+        return files
+    if isinstance(data, Iterable) and not isinstance(data, Recording):
+        found = tuple(path for item in data for path in files_of(item))
+        if found:
+            return found
+    name = type(data).__name__
+    msg = f"{name} has no recording files; allowed: a Dataset, a folder, a recording file, or a list of these"
+    raise RequestError(msg)
 
 
 def _flights_by_name(files: Sequence[Path]) -> dict[str, FlightInfo]:

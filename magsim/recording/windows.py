@@ -6,17 +6,19 @@ from pathlib import Path
 import numpy as np
 
 from magsim import columns
-from magsim.errors import RequestError
-from magsim.recording import file
-from magsim.signals import spans
-from magsim.storage import hdf5, inspection
+from magsim.errors import DataError, RequestError
+from magsim.recording.places import MAPPED, Places, find_places
+from magsim.storage import inspection
 
 
 class Windows:
     """Windows of a fixed number of rows of one block from every flight of some files.
 
     The files are opened with care once, to check them and to find where the blocks lie; from then on windows are copied
-    out of mapped memory without HDF5. No window spans a jump in time. The files must not change meanwhile.
+    out of mapped memory without HDF5. No window spans a jump in time. A file that has changed meanwhile is refused when
+    it is mapped, and must not change later.
+
+    A pickled copy has paths and places and no values: another process maps the files when it needs them.
 
     Parameters
     ----------
@@ -30,6 +32,8 @@ class Windows:
         Columns of the block, in the order of the windows; by default all.
     splits : sequence of str, optional
         Only windows whose rows all have one of these splits, ``("train", "valid")``; by default all windows.
+    stride : int
+        Rows between the beginnings of two windows of a stretch.
 
     Attributes
     ----------
@@ -57,72 +61,73 @@ class Windows:
         role: str = "input",
         names: Sequence[str] | None = None,
         splits: Sequence[str] | None = None,
+        stride: int = 1,
     ) -> None:
-        if role not in columns.ROLES or rows < 1:
-            msg = f"no windows of {rows} rows of {role!r}; allowed: 1 row or more of {', '.join(columns.ROLES)}"
+        if role not in columns.ROLES or rows < 1 or stride < 1:
+            msg = (
+                f"no windows of {rows} rows of {role!r} every {stride} rows; allowed: 1 row or more of "
+                f"{', '.join(columns.ROLES)}, every 1 row or more"
+            )
             raise ValueError(msg)
         files = [Path(paths)] if isinstance(paths, Path | str) else [Path(path) for path in paths]
         if not files:
             msg = "windows need at least one recording file"
             raise RequestError(msg)
-        codes = _codes(splits)
-        self.rows = rows
-        self.total_rows = 0
-        self._channels: tuple[str, ...] = ()
-        flights: list[str] = []
-        self._blocks: list[np.ndarray] = []
-        block_of: list[int] = []
-        first_of: list[int] = []
-        count_of: list[int] = []
+        codes = codes_of(splits)
         inspection.inspect_many(files)
-        for path in files:
-            mapped = None
-            with hdf5.open_untrusted(path) as root:
-                for group in file.flight_groups(root):
-                    if mapped is None:
-                        mapped = np.memmap(path, dtype=np.uint8, mode="r")
-                    self._blocks.append(self._block(group, role, mapped))
-                    flights.append(file.flight_name(group))
-                    for first, last in _runs(group, codes):
-                        if last - first >= rows:
-                            self.total_rows += last - first
-                            block_of.append(len(self._blocks) - 1)
-                            first_of.append(first)
-                            count_of.append(last - first - rows + 1)
-        if not count_of:
+        self._lay(
+            [find_places(path, (role,), codes) for path in files], rows=rows, role=role, names=names, stride=stride
+        )
+        if not len(self):
             of_split = f" of the splits {', '.join(splits)}" if splits is not None else ""
             msg = f"no flight of {', '.join(map(str, files[:3]))} has {rows} rows{of_split} without a jump in time"
             raise RequestError(msg)
-        self.names = self._channels if names is None else tuple(names)
-        self._picked = None if names is None else self._places(self.names)
-        self.flights = tuple(flights)
-        self._block_of, self._first_of = np.array(block_of), np.array(first_of)
-        self._ends = np.cumsum(count_of)
+
+    @classmethod
+    def at(
+        cls, places: Sequence[Places], *, rows: int, role: str, names: Sequence[str] | None = None, stride: int = 1
+    ) -> "Windows":
+        """Return windows at places that were found before; there may be none.
+
+        Raises
+        ------
+        RequestError
+            If there is no such column.
+        DataError
+            If a file has other columns than the first.
+        """
+        windows = cls.__new__(cls)
+        windows._lay(places, rows=rows, role=role, names=names, stride=stride)
+        return windows
+
+    def _lay(self, places: Sequence[Places], *, rows: int, role: str, names: Sequence[str] | None, stride: int) -> None:
+        """Give the windows of all files their numbers."""
+        channels = places[0].channels[role]
+        for other in places:
+            if other.channels[role] != channels:
+                msg = f"{other.path}: {role} has other columns than the first flight"
+                raise DataError(msg)
+        self.rows = rows
+        self.names = channels if names is None else tuple(names)
+        self.flights = tuple(name for place in places for name in place.flights)
+        self._width, self._stride = len(channels), stride
+        self._picked = None if names is None else _picked(self.names, channels)
+        self._files = [(place.path, place.size, place.changed_ns) for place in places]
+        counts = [len(place.offsets[role]) for place in places]
+        self._file_of = np.repeat(np.arange(len(places), dtype=np.int32), counts)
+        self._offset_of = np.concatenate([place.offsets[role] for place in places])
+        before = np.cumsum([0, *counts[:-1]])
+        flight_of = np.concatenate([place.flight + start for place, start in zip(places, before, strict=True)])
+        first_of = np.concatenate([place.first for place in places])
+        lengths = np.concatenate([place.stop for place in places]) - first_of
+        kept = lengths >= rows
+        self._flight_of, self._first_of = flight_of[kept].astype(np.int32), first_of[kept]
+        self._ends = np.cumsum((lengths[kept].astype(np.int64) - rows) // stride + 1)
+        self.total_rows = int(lengths[kept].sum())
 
     def __len__(self) -> int:
-        """Return the number of different windows: one for every row that a window can begin with."""
-        return int(self._ends[-1])
-
-    def _block(self, group: hdf5.Reader, role: str, mapped: np.ndarray) -> np.ndarray:
-        if role not in group.names():
-            group.refuse(f"there is no {role}")
-        names = tuple(n.decode("utf-8", "replace") for n in group.array(f"{role}_channel", kind="S", ndim=1).tolist())
-        if self._channels and names != self._channels:
-            group.refuse(f"{role} has other columns than the first flight")
-        self._channels = names
-        offset, shape = group.block(role, ndim=2)
-        if shape[1] != len(names) or shape[0] != len(group.array(columns.TIME, kind="f", ndim=1)):
-            group.refuse(f"{role} has shape {shape}, which time_s and {role}_channel do not have")
-        return np.ndarray(shape, dtype="<f8", buffer=mapped, offset=offset)
-
-    def _places(self, names: Sequence[str]) -> np.ndarray:
-        """Return where columns lie in the block."""
-        missing = [name for name in names if name not in self._channels]
-        if missing or not names:
-            has = ", ".join(self._channels[:12])
-            msg = f"windows have no column {', '.join(missing) or '(none is named)'}; the flights have {has}"
-            raise RequestError(msg)
-        return np.array([self._channels.index(name) for name in names])
+        """Return the number of different windows; with a stride of 1, one for every row that one can begin with."""
+        return int(self._ends[-1]) if len(self._ends) else 0
 
     def take(self, indices: np.ndarray | Sequence[int], out: np.ndarray | None = None) -> np.ndarray:
         """Copy windows.
@@ -147,36 +152,60 @@ class Windows:
         if indices.size and (indices.min() < 0 or indices.max() >= len(self)):
             msg = f"there are windows 0 to {len(self) - 1}, not {indices.min()} to {indices.max()}"
             raise IndexError(msg)
-        runs, starts = self._place(indices)
+        flights, starts = self._place(indices)
         shape = (len(indices), self.rows, len(self.names))
         if out is None:
             out = np.empty(shape)
         elif out.shape != shape:
             msg = f"out has shape {out.shape}, expected {shape}"
             raise ValueError(msg)
-        rows, blocks = self.rows, self._blocks
-        for i, (block, start) in enumerate(zip(self._block_of[runs].tolist(), starts.tolist(), strict=True)):
-            window = blocks[block][start : start + rows]
-            out[i] = window if self._picked is None else window[:, self._picked]
+        files = self._file_of[flights]
+        maps = {number: MAPPED.of(*self._files[number]) for number in np.unique(files).tolist()}
+        offsets = self._offset_of[flights] + starts * (8 * self._width)
+        block, picked = (self.rows, self._width), self._picked
+        for i, (number, offset) in enumerate(zip(files.tolist(), offsets.tolist(), strict=True)):
+            window = np.ndarray(block, "<f8", maps[number], offset)
+            out[i] = window if picked is None else window[:, picked]
+        MAPPED.note(8 * self._width * self.rows * len(indices))
         return out
 
     def where(self, index: int) -> tuple[int, int]:
         """Return the number of the flight, from 0 as in ``flights``, and the first row of a window."""
-        runs, starts = self._place(np.array([index]))
-        return int(self._block_of[runs[0]]), int(starts[0])
+        flights, starts = self._place(np.array([index]))
+        return int(flights[0]), int(starts[0])
 
     def random(self, count: int, rng: np.random.Generator, out: np.ndarray | None = None) -> np.ndarray:
         """Copy windows that are drawn with equal chances and replacement, (count, rows, c)."""
         return self.take(rng.integers(len(self), size=count), out)
 
     def _place(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return number of the flight and first row of windows."""
         runs = np.searchsorted(self._ends, indices, side="right")
         before = np.where(runs > 0, self._ends[runs - 1], 0)
-        return runs, self._first_of[runs] + indices - before
+        return self._flight_of[runs], self._first_of[runs] + (indices - before) * self._stride
 
 
-def _codes(splits: Sequence[str] | None) -> np.ndarray | None:
-    """Return the codes of splits."""
+def _picked(names: Sequence[str], channels: tuple[str, ...]) -> np.ndarray | slice:
+    """Return where columns lie in the block; as a slice, which is faster, if they lie side by side."""
+    missing = [name for name in names if name not in channels]
+    if missing or not names:
+        has = ", ".join(channels[:12])
+        msg = f"windows have no column {', '.join(missing) or '(none is named)'}; the flights have {has}"
+        raise RequestError(msg)
+    places = [channels.index(name) for name in names]
+    first = places[0]
+    together = places == list(range(first, first + len(places)))
+    return slice(first, first + len(places)) if together else np.array(places)
+
+
+def codes_of(splits: Sequence[str] | None) -> np.ndarray | None:
+    """Return the codes of splits; None for none.
+
+    Raises
+    ------
+    ValueError
+        If there is no such split.
+    """
     if splits is None:
         return None
     known = {word: code for code, word in columns.SPLITS.items()}
@@ -185,31 +214,3 @@ def _codes(splits: Sequence[str] | None) -> np.ndarray | None:
         msg = f"there is no split {unknown[0]!r}; allowed: {', '.join(known)}"
         raise ValueError(msg)
     return np.array([known[word] for word in splits], dtype=float)
-
-
-def _runs(group: hdf5.Reader, codes: np.ndarray | None) -> list[tuple[int, int]]:
-    """Return stretches of rows of some splits, first and beyond the last, without a jump in time."""
-    time_s = group.array(columns.TIME, kind="f", ndim=1)
-    steps = np.diff(time_s)
-    if len(steps) < 1 or not np.isfinite(time_s).all() or not np.all(steps > 0.0):
-        group.refuse("time_s is not strictly increasing, finite and of 2 rows or more")
-    found = [(span.start, span.stop) for span in spans(time_s)]
-    if codes is None:
-        return found
-    wanted = np.concatenate([[False], np.isin(_split(group, len(time_s)), codes), [False]])
-    edges = np.flatnonzero(np.diff(wanted.astype(int)))
-    kept = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
-    return [(max(a, c), min(b, d)) for a, b in found for c, d in kept if max(a, c) < min(b, d)]
-
-
-def _split(group: hdf5.Reader, rows: int) -> np.ndarray:
-    """Return the column ``split`` of a flight; NaN where it has none."""
-    segment = columns.SPLIT.role
-    if segment in group.names():
-        names = [n.decode("utf-8", "replace") for n in group.array(f"{segment}_channel", kind="S", ndim=1).tolist()]
-        block = group.array(segment, kind="f", ndim=2)
-        if block.shape != (rows, len(names)):
-            group.refuse(f"{segment} has shape {block.shape}; expected {(rows, len(names))}")
-        if columns.SPLIT.pattern in names:
-            return block[:, names.index(columns.SPLIT.pattern)]
-    return np.full(rows, np.nan)

@@ -1,7 +1,8 @@
 """Inspection of HDF5 files from elsewhere by a child process, and the results known so far.
 
 A bad file can hang or crash the HDF5 library itself. So a process of its own, with limits of memory and time, reads
-the whole file first (``inspector.py``).
+the whole file first (``inspector.py``). Contents that it has found good are remembered in the user's cache
+(``inspected``).
 """
 
 import contextlib
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from magsim.errors import DataError, MagsimError
 from magsim.storage.checksum import known_state
+from magsim.storage.inspected import note_inspected, was_inspected
 
 INSPECTOR = Path(__file__).with_name("inspector.py")
 """Program that reads a whole file in a process of its own."""
@@ -37,14 +39,14 @@ def inspect_many(paths: Sequence[Path]) -> None:
     for path in paths:
         with contextlib.suppress(MagsimError):  # raised again on opening
             states.append((path, known_state(path)))
-    wanted = [(path, state.digest) for path, state in states if state.kind != "broken" and state.digest not in _RESULTS]
+    wanted = [(path, state.digest) for path, state in states if state.kind != "broken" and not _is_known(state.digest)]
     for start in range(0, len(wanted) if len(wanted) > 1 else 0, _BATCH):
         batch = wanted[start : start + _BATCH]
         names = [str(path.absolute()) for path, _ in batch]
         run = _child(["--many", str(TIMEOUT_S), *names], TIMEOUT_S * (1 + len(batch)))
         answers = [] if run is None else run.stdout.splitlines()
         for (_, digest), answer in zip(batch, answers, strict=False):
-            note_result(digest, _result(*json.loads(answer)))
+            _note_inspection(digest, _result(*json.loads(answer)))
 
 
 def inspect(path: Path, digest: str) -> None:
@@ -61,15 +63,27 @@ def inspect(path: Path, digest: str) -> None:
     DataError
         If the file is damaged, or holds anything that is not allowed.
     """
-    result = _RESULTS.get(digest)
-    if result is None:
+    if not _is_known(digest):
         run = _child([str(path.absolute())], TIMEOUT_S)
         lines = [] if run is None else run.stderr.strip().splitlines()
         result = _result(_TIMEOUT if run is None else run.returncode, (lines or [""])[-1])
-        note_result(digest, result)
-    if result:
-        msg = f"{path}: {result}"
+        _note_inspection(digest, result)
+    if _RESULTS[digest]:
+        msg = f"{path}: {_RESULTS[digest]}"
         raise DataError(msg)
+
+
+def _is_known(digest: str) -> bool:
+    """Whether the result for a content is in ``_RESULTS``, where one of an earlier process may come to."""
+    if digest not in _RESULTS and was_inspected(digest, INSPECTOR):
+        note_result(digest, "")
+    return digest in _RESULTS
+
+
+def _note_inspection(digest: str, result: str) -> None:
+    note_result(digest, result)
+    if not result:
+        note_inspected(digest, INSPECTOR)
 
 
 def _child(arguments: list[str], timeout_s: float) -> subprocess.CompletedProcess[str] | None:

@@ -1,4 +1,4 @@
-"""Training of torch modules on arrays: windows, loop, checkpoints. Knows no compensator and no recording."""
+"""Training of torch modules: windows of arrays and of recordings, loop, checkpoints. Knows no compensator."""
 
 from magsim.errors import RequestError
 
@@ -13,6 +13,7 @@ from magsim.training.checkpoint import Checkpoint
 from magsim.training.determinism import reproducible, seeded
 from magsim.training.gradients import project_conflicts
 from magsim.training.loop import Outcome, Plan, Progress, train
+from magsim.training.streaming import Position, WindowDataset, WindowLoader
 from magsim.training.windows import ArrayWindows, RandomBatches, WindowSource, overlap_add, starts_of
 
 __all__ = [
@@ -20,8 +21,11 @@ __all__ = [
     "Checkpoint",
     "Outcome",
     "Plan",
+    "Position",
     "Progress",
     "RandomBatches",
+    "WindowDataset",
+    "WindowLoader",
     "WindowSource",
     "overlap_add",
     "project_conflicts",

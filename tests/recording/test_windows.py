@@ -1,12 +1,15 @@
 """Windows out of mapped memory hold the values that the recordings hold."""
 
+import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from magsim.errors import DataError, RequestError
-from magsim.recording import Recording, write_recordings
+from magsim.recording import Recording, places, write_recordings
+from magsim.recording import windows as windows_module
 from magsim.recording.windows import Windows
 from magsim.streams import stream
 
@@ -145,3 +148,43 @@ def test_files_that_do_not_fit_are_refused(shard, tmp_path):
     path.write_bytes(data)
     with pytest.raises(DataError, match="is damaged"):
         Windows(path, rows=10)
+
+
+@pytest.mark.parametrize("stride", [1, 3, 10, 40])
+def test_windows_every_some_rows(shard, stride):
+    path, flights = shard
+    some = Windows(path, rows=10, stride=stride)
+    stretches = ((0, 0, 50), (1, 0, 30), (1, 30, 60), (3, 0, 31))
+    expected = [(number, at) for number, first, stop in stretches for at in range(first, stop - 9, stride)]
+    assert [some.where(i) for i in range(len(some))] == expected
+    for i, (number, first) in enumerate(expected):
+        taken = flights[number].take(slice(first, first + 10))
+        np.testing.assert_array_equal(some.take([i])[0], taken.stack(some.names))
+
+
+def test_a_pickled_copy_has_places_and_no_values(tmp_path):
+    flights = [make(f"flight_{number}", 3000) for number in range(20)]
+    write_recordings(tmp_path / "a.h5", flights)
+    windows = Windows(tmp_path / "a.h5", rows=10, names=("mag_b_nt",))
+    indices = stream(0, "pickle").integers(len(windows), size=50)
+    taken = windows.take(indices)
+    copy = pickle.dumps(windows)
+    assert len(copy) < 2000 + 60 * len(flights)  # the values are 20 * 3000 * 2 * 8 = 960 000 bytes
+    assert pickle.loads(copy).take(indices).tobytes() == taken.tobytes()
+
+
+def test_mapped_memory_and_open_files_stay_bounded(tmp_path, monkeypatch):
+    monkeypatch.setattr(places, "MOST_MAPPED", 5)
+    monkeypatch.setattr(places, "RELEASE_BYTES", 4000)
+    mapped = places._Mapped()
+    monkeypatch.setattr(windows_module, "MAPPED", mapped)
+    for number in range(12):
+        make(f"flight_{number}", 60).write(tmp_path / f"{number:02d}.h5")
+    windows = Windows(sorted(tmp_path.glob("*.h5")), rows=10)
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    every = windows.take(np.arange(len(windows)))
+    for _ in range(3):
+        for index in range(0, len(windows), 7):
+            assert np.array_equal(windows.take([index])[0], every[index])
+    assert len(mapped._maps) <= 5
+    assert len(list(Path("/proc/self/fd").iterdir())) <= before + 5
