@@ -159,6 +159,7 @@ def test_any_number_of_workers_and_any_break_give_the_order_of_one(folder, optio
     assert firsts(b for _, b in first + rest) == firsts(b for _, b in whole)
 
 
+@pytest.mark.filterwarnings("ignore:This DataLoader will create 3 worker processes")
 @pytest.mark.parametrize(("workers", "resumed_with"), [(0, 2), (2, 0), (3, 2)])
 def test_a_loader_that_was_interrupted_goes_on_as_if_it_had_not_been(folder, workers, resumed_with):
     undisturbed = WindowLoader(dataset(folder))
