@@ -11,7 +11,7 @@ The loops, with V the true airspeed, s and c the swing of an axis and its deriva
     path       e_gam = hold_h (clip(k_h (h_set - h)) + climb - hdot) / V
                gam = clip(k_g e_gam + I[e_gam]) + hold_h climb / V
     pitch      e_th = theta_0 + gam + turn + flaps + s_pitch - theta
-               elevator = -(k_q (k_th e_th + c - thetadot) + I[e_th])
+               elevator = elevator_s - (k_q (k_th e_th + c - thetadot) + I[e_th])
     heading    bank = clip(k_c V/g hold clip(psi_set - psi) + bank_ff)
     roll       e_phi = bank + s_roll - phi
                aileron = k_p (k_phi e_phi + c - phidot) + I[e_phi]
@@ -20,6 +20,7 @@ The loops, with V the true airspeed, s and c the swing of an axis and its deriva
                rudder = rudder_t + hold_y (rudder_y - rudder_t)
     speed      throttle = clip(k_v e_v + I[e_v])
 
+``elevator_s`` flies the pitch swing by itself (``_swing_elevator``): loops alone would be late, and leave a tail.
 The holds are shares from 0 to 1 by which the guidance fades height hold, heading hold and yaw hold in and out; an
 integral whose error is faded out keeps its value. Headings psi are those of grid north near the poles
 (``magsim.earth.grid``). Every error is multiplied by ``ap/on``, which is 0 while the model is trimmed.
@@ -29,7 +30,7 @@ import math
 from collections.abc import Callable
 
 from magsim.aircraft.facts import Facts
-from magsim.flight.model.aero import derivatives
+from magsim.flight.model.aero import derivatives, inertia
 from magsim.units import FT, G0, LBF
 
 AXES = ("pitch", "roll", "yaw")
@@ -46,6 +47,7 @@ RAMPED = (
 """Set points that move: each is its value at ``RAMP_START`` plus its rate, ``rate_of``, times the time since."""
 
 RAMP_START = "ap/ramp-start-s"
+SWING_ALPHA = "ap/pitch/swing-alpha-rad"
 
 
 def rate_of(name: str) -> str:
@@ -80,7 +82,7 @@ INPUTS = (
 def system_xml(facts: Facts) -> str:
     """Write the autopilot and the actuators of an aircraft, for JSBSim."""
     inputs = dict.fromkeys(INPUTS, 0.0)
-    inputs |= {f"ap/integral/{name}": 0.0 for name in ("path", "pitch", "roll", "speed")}
+    inputs |= {f"ap/integral/{name}": 0.0 for name in ("path", "pitch", "roll", "speed")} | {SWING_ALPHA: 0.0}
     declared = "".join(f' <property value="{value!r}">{name}</property>\n' for name, value in inputs.items())
     swings = "".join(_swing(axis) for axis in AXES)
     return f"""<?xml version="1.0"?>
@@ -116,6 +118,7 @@ def _part(part: object) -> str:
 
 _sum, _difference, _product, _quotient = _tag("sum"), _tag("difference"), _tag("product"), _tag("quotient")
 _min, _max, _cos, _tan, _fmod = _tag("min"), _tag("max"), _tag("cos"), _tag("tan"), _tag("fmod")
+_pow = _tag("pow")
 
 
 def _ramped(name: str) -> str:
@@ -140,14 +143,16 @@ def _integral(name: str, gain: float, error: str, limit: float) -> str:
 
 
 def _swing(axis: str) -> str:
-    """Write angle and rate of an axis's swing at the time of the step: a cubic and its derivative, by Horner's rule."""
+    """Write angle, rate and acceleration of an axis's swing at the time of the step: a cubic, by Horner's rule."""
     angle, rate, second, third = swing_of(axis)
     cubic = _sum(second, _product("ap/ramp-s", third, 1.0 / 3.0))
     turning = _sum(rate, _product("ap/ramp-s", 0.5, cubic))
     bend = _sum(second, _product("ap/ramp-s", 0.5, third))
-    return _define(f"ap/{axis}/angle-rad", _sum(angle, _product("ap/ramp-s", turning))) + _define(
-        f"ap/{axis}/rate-rad_sec", _sum(rate, _product("ap/ramp-s", bend))
-    )
+    text = _define(f"ap/{axis}/angle-rad", _sum(angle, _product("ap/ramp-s", turning)))
+    text += _define(f"ap/{axis}/rate-rad_sec", _sum(rate, _product("ap/ramp-s", bend)))
+    if axis == "pitch":
+        text += _define("ap/pitch/rate-rad_sec2", _sum(second, _product("ap/ramp-s", third)))
+    return text
 
 
 def _least_speed(facts: Facts) -> float:
@@ -155,10 +160,21 @@ def _least_speed(facts: Facts) -> float:
     return 0.4 * facts.limits.speed_mps[0]
 
 
+def _airspeed(facts: Facts) -> str:
+    """Write the true airspeed [ft/s]."""
+    return _max(_least_speed(facts) / FT, "velocities/vt-fps")
+
+
+def _pressure(facts: Facts) -> str:
+    """Write the dynamic pressure [lbf/ft^2]."""
+    least = 0.5 * facts.aero.cruise_density.value * _least_speed(facts) ** 2
+    return _max(least * FT**2 / LBF, "aero/qbar-psf")
+
+
 def _vertical(facts: Facts) -> str:
     """Write the loops of height, path, pitch and speed."""
     gains = facts.autopilot
-    speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
+    speed = _airspeed(facts)
     back = _clip(
         _product(gains.altitude.value, _difference(_ramped("ap/height-ft"), "position/geod-alt-ft")),
         gains.climb_limit.value / FT,
@@ -171,9 +187,8 @@ def _vertical(facts: Facts) -> str:
     steered = _sum(_product(gains.path.value, "ap/path-error-rad"), "ap/integral/path")
     path = _sum(_clip(steered, gains.path_limit.value), planned)
     # In a turn the wing must lift 1/cos(bank) times the weight: more pitch at once, without waiting for the height.
-    least_pressure = 0.5 * facts.aero.cruise_density.value * _least_speed(facts) ** 2
     weight_alpha = facts.mass_kg * G0 / LBF / derivatives(facts).cl_alpha
-    alpha = _quotient(weight_alpha, _product(_max(least_pressure * FT**2 / LBF, "aero/qbar-psf"), "metrics/Sw-sqft"))
+    alpha = _quotient(weight_alpha, _product(_pressure(facts), "metrics/Sw-sqft"))
     turn = _product(alpha, _difference(_quotient(1.0, _cos("ap/bank-command-rad")), 1.0))
     parts = ["ap/theta-rad", "ap/path-rad", turn, "ap/pitch/angle-rad"]
     if facts.controls.flap:
@@ -186,7 +201,7 @@ def _vertical(facts: Facts) -> str:
         "ap/pitch/rate-rad_sec",
         _product(-1.0, "velocities/thetadot-rad_sec"),
     )
-    elevator = _product(-1.0, "ap/on", _sum(_product(gains.pitch_rate.value, rate), "ap/integral/pitch"))
+    corrected = _product("ap/on", _sum(_product(gains.pitch_rate.value, rate), "ap/integral/pitch"))
     speed_error = _product("ap/on", _difference("ap/speed-fps", "velocities/vt-fps"))
     throttle = _clip(_sum(_product(gains.speed.value * FT, "ap/speed-error-fps"), "ap/integral/speed"), 1.0)
     return (
@@ -196,17 +211,53 @@ def _vertical(facts: Facts) -> str:
         + _define("ap/path-rad", path)
         + _define("ap/pitch-error-rad", _product("ap/on", _difference(wanted, "attitude/theta-rad")))
         + _integral("pitch", gains.pitch_integral.value, "ap/pitch-error-rad", gains.pitch_integral_limit.value)
-        + _define("ap/elevator-norm", elevator)
+        + _swing_elevator(facts)
+        + _define("ap/elevator-norm", _difference("ap/pitch/swing-elevator-norm", corrected))
         + _define("ap/speed-error-fps", speed_error)
         + _integral("speed", gains.speed_integral.value * FT, "ap/speed-error-fps", 1.0)
         + _define("ap/throttle-norm", throttle)
     )
 
 
+def _swing_elevator(facts: Facts) -> str:
+    """Write the elevator that a pitch swing takes, by the linear longitudinal equations about the trim.
+
+    With q and q' the swing's first two derivatives, a its angle of attack, Q the dynamic pressure (Etkin and Reid,
+    Dynamics of Flight)::
+
+        Iyy q' = Q S c (Cm_a a + c/(2V) (Cm_q q + Cm_a' a') + Cm_de elevator_s)
+        a' = q - (Q S/(m V)) CL - (1 - hold_h) (g/V) ((V/V_set)^2 - 1)
+
+    Lift that a does not make is the tail's, whose moments are known: CL = (CL_a - Cm_a CL_de/Cm_de) a. What of it turns
+    the aircraft is left out: q' Iyy/(m V l_t), 0.012 s q' for the Cessna. While no height is held the speed swings, and
+    the lift with it.
+    """
+    effect, geometry = derivatives(facts), facts.geometry
+    area, chord = geometry.wing_area.value, geometry.mean_chord.value
+    speed, pressure, rate = _airspeed(facts), _pressure(facts), "ap/pitch/rate-rad_sec"
+    alpha_rate = "ap/pitch/swing-alpha-rad_sec"
+    slope = effect.cl_alpha - effect.cm_alpha * effect.cl_elevator / effect.cm_elevator
+    lift = _product(slope * area / facts.mass_kg * LBF / FT**3, pressure, SWING_ALPHA)
+    faster = _difference(_pow(_quotient(speed, _max(_least_speed(facts) / FT, "ap/speed-fps")), 2.0), 1.0)
+    faster = _product(G0 / FT, _difference("ap/on", "ap/hold-height-norm"), faster)
+    damping = _sum(_product(effect.cm_q, rate), _product(effect.cm_alphadot, alpha_rate))
+    moment = _sum(_product(effect.cm_alpha, SWING_ALPHA), _quotient(_product(0.5 * chord / FT, damping), speed))
+    needed = _quotient(_product(inertia(facts).yy / (area * chord) * FT**2 / LBF, "ap/pitch/rate-rad_sec2"), pressure)
+    low, high = facts.controls.elevator.travel.value
+    return (
+        _define(alpha_rate, _difference(rate, _quotient(_sum(lift, faster), speed)))
+        + _define(SWING_ALPHA, _sum(SWING_ALPHA, _product("simulation/dt", alpha_rate)))
+        + _define(
+            "ap/pitch/swing-elevator-norm",
+            _product(1.0 / (effect.cm_elevator * max(-low, high)), _difference(needed, moment)),
+        )
+    )
+
+
 def _lateral(facts: Facts) -> str:
     """Write the loops of heading, roll, coordination, and the yaw maneuver."""
     gains = facts.autopilot
-    speed = _max(_least_speed(facts) / FT, "velocities/vt-fps")
+    speed = _airspeed(facts)
     # psi lies in 0..2 pi, and so does its set point where the ramp begins; fmod of a positive argument wraps the
     # difference. Near the poles both are counted from grid north: the longitude, -pi..pi, is added or subtracted.
     grid = _product("ap/grid-norm", "position/long-gc-rad")

@@ -38,12 +38,11 @@ LEAST_BANK = math.radians(5.0)
 FADE_S = 3.0
 """Time in which one way of steering is faded into another at the ends of a train, so that no control jumps."""
 
-HEIGHT_FADE = 1.4
-"""Time in which height hold comes back, over that of the fall of a pitch train, from the end of its last cycle on.
+HEIGHT_FADE_S = 8.0
+"""Time in which height hold comes back after a pitch train.
 
-The nose follows a path that is still inclined, and height hold lowers it where it rises: at this rate the two cancel.
-After trains of 5 to 12 s that leaves the Cessna a pitch rate of 0.03 to 0.05 deg/s rms in the three seconds after the
-fall; where height hold came back at once it was 0.57.
+A train leaves the height off by a meter or two. In calm air the pitch rate that takes it up is 0.010 deg/s rms (Cessna)
+and 0.021 (drone) in the first three seconds; with 4 s it would be 0.025 and 0.041.
 """
 
 SETTLE_S = 1.0
@@ -150,7 +149,6 @@ class Guidance:
         self._heading, self._height = _Fade(1.0), _Fade(1.0)
         self._quiet, self._yaw, self._banked = _Fade(0.0), _Fade(0.0), _Fade(0.0)
         self._quiet_bank = 0.0
-        self._height_fade_s = FADE_S
         self._wind: tuple[float, float] | None = None
         self._gusty = gusty
         self._steady = _Fade(float(gusty))
@@ -202,17 +200,13 @@ class Guidance:
             held = self._held - self._banked.share * self._weathercock * turned
             heading += self._yaw.share * wrap(held - heading)
         bank = lead + self._quiet.share * self._quiet_bank
-        self._fade(time_s, trains, axes)
+        self._fade(axes)
         return SetPoints(heading % (2.0 * math.pi), bank, self._heading.share, self._yaw.share, self._height.share)
 
-    def _fade(self, time_s: float, trains: Sequence[SineTrain], axes: set[str]) -> None:
+    def _fade(self, axes: set[str]) -> None:
         """Move between the heading loop, the quiet course loop of a roll train, and neither in a yaw train."""
-        # A swing that fades out leaves the path inclined: height hold that comes back meanwhile takes that up gently.
-        pitches = [train for train in trains if train.axis == "pitch"]
-        level = all(time_s >= train.stop_s for train in pitches)
-        if pitches:
-            self._height_fade_s = max(FADE_S, HEIGHT_FADE * pitches[-1].ease_out_s)
-        self._height.move(level, self._height_fade_s if level else FADE_S)
+        level = "pitch" not in axes
+        self._height.move(level, HEIGHT_FADE_S if level else FADE_S)
         self._heading.move(not axes & {"roll", "yaw"})
         self._quiet.move("roll" in axes and "yaw" not in axes)
         self._yaw.move("yaw" in axes)

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from magsim.aircraft import Aircraft
+from magsim.aircraft import Aircraft, load_aircraft
 from magsim.flight.model.autopilot import RAMP_START, rate_of
 from magsim.flight.model.plant import Plant
 from magsim.flight.model.setup import PlantSetup
+from magsim.flight.pilot.calibration import loop_response
 from magsim.trajectory import Flight
 from tests.support.patterns import RATES, Joints, demands_of, flown, rate_bias_in_turns, shipped
 
@@ -64,6 +65,28 @@ def test_the_end_of_a_train_is_calmer_than_the_train(flight: Flight) -> None:
         after = (time > ended) & (time <= min([ended + 3.0, *following]))
         part = 0.4 if train.axis == "pitch" else 1.0
         assert used[after].max(initial=0.0) < part * used[inside].max(), train
+
+
+@pytest.mark.parametrize(("aircraft", "most_dps"), [("c208b", 0.02), ("uav", 0.06)])
+def test_the_nose_rests_after_a_pitch_train(aircraft: str, most_dps: float) -> None:
+    # Loops that had to fly the swing by themselves left 0.04 and 0.20 deg/s.
+    raw = shipped("patterns/straight")
+    raw["pattern"] |= {"leg_m": 6_000.0, "maneuvers": [{"axis": "pitch", "amplitude_deg": 5.0, "period_s": 6.0}]}
+    joints = Joints.of(flown(raw, aircraft))
+    assert joints.joint_s == pytest.approx(3.0, abs=0.02)
+    assert 0.0 < math.sqrt(joints.joint_power / joints.joint_s) < most_dps
+
+
+@pytest.mark.parametrize(
+    ("aircraft", "speed_mps", "alt_m"), [("c208b", 75.0, 3_000.0), ("c208b", 60.0, 1_000.0), ("uav", 25.0, 500.0)]
+)
+def test_a_pitch_swing_is_flown_as_asked_before_any_calibration(aircraft: str, speed_mps: float, alt_m: float) -> None:
+    # Loops that had to fly it by themselves answered with 0.66 to 1.08 of it, up to 0.47 s late.
+    setup = PlantSetup(0.0, 0.0, alt_m, 0.0, speed_mps)
+    response = loop_response(load_aircraft(aircraft).facts, ["pitch"], setup)
+    np.testing.assert_allclose(response.gain["pitch"], 1.0, atol=0.025)
+    late_s = response.phase["pitch"] * response.period_s / (2.0 * math.pi)
+    np.testing.assert_allclose(late_s, 0.0, atol=0.03)
 
 
 def test_amplitudes_and_heights_are_kept(flight: Flight) -> None:
