@@ -4,6 +4,8 @@ Flights get their air from JSBSim. Heights of the standard are geopotential: ``g
 above mean sea level.
 """
 
+from typing import overload
+
 import numpy as np
 
 from magsim.units import G0, RHO0
@@ -29,9 +31,13 @@ def standard_density(alt_m: float | np.ndarray) -> float | np.ndarray:
     return RHO0 * (1.0 - _LAPSE * alt_m / _SEA_LEVEL_K) ** 4.2558797
 
 
-def standard_temperature_c(height_m: float) -> float:
+@overload
+def standard_temperature_c(height_m: float) -> float: ...
+@overload
+def standard_temperature_c(height_m: np.ndarray) -> np.ndarray: ...
+def standard_temperature_c(height_m: float | np.ndarray) -> float | np.ndarray:
     """Return the temperature [degC] at a geopotential height [m], constant above the tropopause."""
-    return _SEA_LEVEL_K - _LAPSE * min(height_m, _TROPOPAUSE_M) - 273.15
+    return _SEA_LEVEL_K - _LAPSE * np.minimum(height_m, _TROPOPAUSE_M) - 273.15
 
 
 def geopotential_height(height_m: np.ndarray) -> np.ndarray:

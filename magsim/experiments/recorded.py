@@ -51,6 +51,11 @@ class RecordedExcitation:
         angles = {surface: _first(recording, _DEFLECTION, surface=surface) for surface in sorted(surfaces)}
         self._angles = {surface: np.radians(angle) for surface, angle in angles.items() if angle is not None}
 
+    @property
+    def warmth(self) -> None:
+        """Temperatures stay those of the start's height."""
+        return
+
     def eddy_states(self, modes: Modes) -> np.ndarray:
         """Return the states of the eddy-current modes to first order in their time constants, (n, k)."""
         return slow_states(modes, self._rate_b, self._curve_b)

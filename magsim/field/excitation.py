@@ -15,7 +15,10 @@ from magsim.field.situation import Situation
 from magsim.field.sources.rotors import Rotation, ShaftDipole, rotating_moment, rotor_rotation, rotor_stream
 from magsim.field.sources.seats import posture
 from magsim.field.stepping import derivative
+from magsim.field.warmth import Warmth
 from magsim.field.wiring.electronics import Clock, Onboard, onboard, training_spans
+from magsim.population.days import outside_c
+from magsim.population.draws import Draws
 from magsim.scenario import FieldSettings
 from magsim.streams import stream
 
@@ -38,6 +41,10 @@ class Excitation(Protocol):
     @property
     def ambient_b(self) -> np.ndarray:
         """The background at the reference point, (n, 3) [nT] body axes."""
+
+    @property
+    def warmth(self) -> Warmth | None:
+        """Temperature of magnets and metal along the flight; None where it does not change."""
 
     @property
     def currents_a(self) -> Mapping[str, np.ndarray]:
@@ -100,6 +107,16 @@ class FlightExcitation:
         return derivative(self.ambient_b, self.step_s)
 
     @cached_property
+    def warmth(self) -> Warmth | None:
+        """Temperature of magnets and metal along the flight; None on no day."""
+        scenario, step_s = self.situation.scenario, self.step_s
+        if not (scenario.day and scenario.field.temperature.enabled):
+            return None
+        alt_m = scenario.start.alt_m
+        air_c = outside_c(Draws(scenario.aircraft, scenario.individual), scenario.day, alt_m)
+        return Warmth.along(self.situation.motion.alt_m, alt_m, air_c, step_s)
+
+    @cached_property
     def onboard(self) -> Onboard:
         """Currents and voltages of the aircraft's wiring."""
         situation = self.situation
@@ -115,7 +132,10 @@ class FlightExcitation:
 
     def eddy_states(self, modes: eddy.Modes) -> np.ndarray:
         """Return the states of the eddy-current modes, stepped from sample to sample, (n, k)."""
-        return eddy.states(modes, self.ambient_rate_b, self.step_s, lag=self.settings.eddy.lag)
+        states = eddy.states(modes, self.ambient_rate_b, self.step_s, lag=self.settings.eddy.lag)
+        if self.warmth is None:
+            return states
+        return eddy.warmed(modes, states, self.ambient_rate_b, self.step_s, self.warmth.resistance)
 
     @cached_property
     def _angles(self) -> dict[str, np.ndarray]:

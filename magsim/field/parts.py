@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from magsim.aircraft.magnetics import RotatingDipole
+from magsim.aircraft.magnetics import Dipole, RotatingDipole
 from magsim.field.excitation import Excitation
 from magsim.field.hanging import hanging_strengths, rotating_on
 from magsim.field.response import AircraftResponse
@@ -18,6 +18,7 @@ from magsim.field.sources.dipoles import DeflectedDipole
 from magsim.field.sources.memory import remembered
 from magsim.field.sources.moving import LinkedDipole, SeatedDipole
 from magsim.field.sources.rotors import ShaftDipole, SpinningDipole
+from magsim.population.spreads import MAGNETS
 
 GAINS = ("fixed", "metal", "modes", "feeders", "hanging")
 """Kinds of gains, in the order of the sources of an aircraft; see ``gains_of``."""
@@ -30,16 +31,16 @@ def gains_of(response: AircraftResponse, kind: str) -> np.ndarray:
     ----------
     response : AircraftResponse
     kind : str
-        ``"fixed"``: the field of the fixed dipoles [nT]; ``"metal"``: of the steel in a unit ambient field along x, y,
-        z; ``"modes"``: of the eddy-current modes; ``"feeders"``: of each feeder [nT/A]; ``"hanging"``: the change as
-        what hangs on rubber mounts goes, by ``magsim.field.hanging``.
+        ``"fixed"``: the field of the fixed dipoles, and that of the magnets of each material [nT]; ``"metal"``: of the
+        steel in a unit ambient field along x, y, z; ``"modes"``: of the eddy-current modes; ``"feeders"``: of each
+        feeder [nT/A]; ``"hanging"``: the change as what hangs on rubber mounts goes, by ``magsim.field.hanging``.
 
     Returns
     -------
     (s, 3, c)
     """
     arrays = {
-        "fixed": response.permanent_nt[:, :, None],
+        "fixed": np.concatenate([response.permanent_nt[:, :, None], response.magnets_nt], axis=2),
         "metal": response.induced,
         "modes": response.field,
         "feeders": response.wiring_nt_per_a,
@@ -77,9 +78,12 @@ def by_source(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
 # ---- strengths -------------------------------------------------------------------------------------------------
 
 
-def _unit(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
-    del excitation, response
-    return np.ones((1, 1))
+def _permanent(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
+    del response
+    warmth = excitation.warmth
+    if warmth is None:
+        return np.array([[1.0, *(0.0 for _ in MAGNETS)]])
+    return np.column_stack([np.ones_like(warmth.magnets_k), *(warmth.moment(magnet) for magnet in MAGNETS)])
 
 
 def _ambient(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
@@ -172,14 +176,58 @@ class TurningDipole(Protocol):
         """The strengths to these gains, (n, c)."""
 
 
+@dataclass(frozen=True)
+class WarmedDipole:
+    """A magnet that turns with the flight, and whose moment follows the temperature.
+
+    Attributes
+    ----------
+    dipole : TurningDipole
+        In the air of the start's height.
+    factor : (n,)
+        Moment over that.
+    """
+
+    dipole: TurningDipole
+    factor: np.ndarray
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]."""
+        return self.factor[:, None, None] * self.dipole.at(points)
+
+    def along(self, places: np.ndarray) -> np.ndarray:
+        """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
+        return self.factor[:, None, None] * self.dipole.along(places)
+
+    def gains(self, points: np.ndarray) -> np.ndarray:
+        """Return its field as a linear part: gains at fixed points (s, 3) [m], (s, 3, c)."""
+        return self.dipole.gains(points)
+
+    @property
+    def strengths(self) -> np.ndarray:
+        """The strengths to these gains, (n, c)."""
+        return self.factor[:, None] * self.dipole.strengths
+
+
+def _in_this_air(excitation: Excitation, dipole: Dipole, turning: TurningDipole) -> TurningDipole:
+    """Return what turns, with a moment that follows the temperature where it is a magnet's."""
+    if dipole.magnet is None or excitation.warmth is None:
+        return turning
+    return WarmedDipole(turning, 1.0 + excitation.warmth.moment(dipole.magnet))
+
+
 def _hinged(excitation: Excitation) -> list[TurningDipole]:
     return [
-        DeflectedDipole(
-            np.array(dipole.position_m),
-            np.array(dipole.moment_am2),
-            np.array(dipole.hinge_point_m),
-            np.array(dipole.hinge_axis),
-            *excitation.deflection(dipole),
+        _in_this_air(
+            excitation,
+            dipole,
+            DeflectedDipole(
+                np.array(dipole.position_m),
+                np.array(dipole.moment_am2),
+                np.array(dipole.hinge_point_m),
+                np.array(dipole.hinge_axis),
+                *excitation.deflection(dipole),
+            ),
         )
         for dipole in excitation.magnetics.hinged
     ]
@@ -187,14 +235,18 @@ def _hinged(excitation: Excitation) -> list[TurningDipole]:
 
 def _controls(excitation: Excitation) -> list[TurningDipole] | None:
     return [
-        LinkedDipole(
-            np.array(dipole.position_m),
-            np.array(dipole.moment_am2),
-            travel=1e-3 * np.degrees(dipole.travel_mmpdeg),
-            turn=dipole.turn_degpdeg,
-            turn_point=np.array(dipole.turn_point_m or dipole.position_m),
-            turn_axis=np.array(dipole.turn_axis or (1.0, 0.0, 0.0)),
-            angle=excitation.angle(dipole),
+        _in_this_air(
+            excitation,
+            dipole,
+            LinkedDipole(
+                np.array(dipole.position_m),
+                np.array(dipole.moment_am2),
+                travel=1e-3 * np.degrees(dipole.travel_mmpdeg),
+                turn=dipole.turn_degpdeg,
+                turn_point=np.array(dipole.turn_point_m or dipole.position_m),
+                turn_axis=np.array(dipole.turn_axis or (1.0, 0.0, 0.0)),
+                angle=excitation.angle(dipole),
+            ),
         )
         for dipole in excitation.magnetics.controls
     ] or None
@@ -209,8 +261,11 @@ def _crew(excitation: Excitation) -> list[TurningDipole] | None:
 
 
 def _rotating(excitation: Excitation) -> list[TurningDipole] | None:
-    sources = [(_on_shaft(excitation, dipole), dipole.rotor) for dipole in excitation.magnetics.rotating]
-    return [SpinningDipole(source, excitation.moment(source, rotor)) for source, rotor in sources] or None
+    found: list[TurningDipole] = []
+    for dipole in excitation.magnetics.rotating:
+        source = _on_shaft(excitation, dipole)
+        found.append(_in_this_air(excitation, dipole, SpinningDipole(source, excitation.moment(source, dipole.rotor))))
+    return found or None
 
 
 def _on_shaft(excitation: Excitation, dipole: RotatingDipole) -> ShaftDipole:
@@ -241,7 +296,7 @@ class TurningPart:
 
 
 LINEAR: Mapping[str, LinearPart] = {
-    "permanent": LinearPart("fixed", _unit, by_tensor),
+    "permanent": LinearPart("fixed", _permanent, by_tensor),
     "induced": LinearPart("metal", _ambient, by_tensor),
     "memory": LinearPart("metal", _remembered, by_tensor),
     "eddy": LinearPart("modes", _eddy_states, by_matrix),

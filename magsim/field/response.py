@@ -18,6 +18,7 @@ from magsim.field.metal.skin.model import SkinModel, load_skin
 from magsim.field.metal.steel.model import SteelModel, compute_steel, file_digests, load_steel
 from magsim.field.sources.dipoles import dipole_field
 from magsim.field.wiring.harness import Wiring
+from magsim.population.spreads import MAGNETS
 from magsim.storage import cached
 from magsim.threads import one_blas_thread
 
@@ -34,6 +35,8 @@ class AircraftResponse:
     positions_m : (s, 3) [m]
     permanent_nt : (s, 3) [nT]
         Field of the fixed dipoles, with what those that are not installed ones induce in the steel.
+    magnets_nt : (s, 3, 3) [nT]
+        What of it is of the magnets of each material, in the order of ``magsim.population.MAGNETS``.
     induced : (s, 3, 3)
         ``D``: induced field is ``D @ B_0``.
     induced_gradient : (s, 3, 3, 3) [1/m]
@@ -54,6 +57,7 @@ class AircraftResponse:
     mounts: tuple[str, ...]
     positions_m: np.ndarray
     permanent_nt: np.ndarray
+    magnets_nt: np.ndarray
     induced: np.ndarray
     induced_gradient: np.ndarray
     tau_s: np.ndarray
@@ -86,10 +90,18 @@ class AircraftResponse:
 def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full: bool) -> Arrays:
     """Return the gains of steel and fixed dipoles; dipoles not marked as installed magnetize the steel too."""
     field = steel.at(points, gradient=full)
-    permanent = field.reaction_nt.copy()
+    permanent, magnets = field.reaction_nt.copy(), np.zeros((len(points), 3, len(MAGNETS)))
     for dipole in magnetics.permanent:
-        permanent += dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
-    return {"permanent_nt": permanent, "induced": field.induced, "induced_gradient": field.induced_gradient}
+        alone = dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
+        permanent += alone
+        if dipole.magnet is not None:
+            magnets[:, :, list(MAGNETS).index(dipole.magnet)] += alone
+    return {
+        "permanent_nt": permanent,
+        "magnets_nt": magnets,
+        "induced": field.induced,
+        "induced_gradient": field.induced_gradient,
+    }
 
 
 def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:

@@ -154,6 +154,20 @@ DAY: Mapping[str, Spread] = {
         "K",
         "estimate: days of one season at middle latitudes; lapse of 6.5 K/km: published, ICAO Doc 7488",
     ),
+    "magnet_lag": Spread(
+        "magnets follow the air at the height flown: time constant",
+        "fixed",
+        (1100.0,),
+        "s",
+        "estimate: a motor of 1 kg and 450 J/(kg K) in a bay, 10 W/(m^2 K) on 0.04 m^2",
+    ),
+    "metal_lag": Spread(
+        "skin and loops, likewise",
+        "fixed",
+        (20.0,),
+        "s",
+        "estimate: 1 mm of aluminum, 2.4 kJ/(m^2 K), at 70 m/s: 120 W/(m^2 K) by Nu = 0.037 Re^0.8 Pr^(1/3) on 2 m",
+    ),
     "cabin": Spread(
         "cabin of a crew after a long time",
         "normal (mean, standard deviation)",

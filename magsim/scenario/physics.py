@@ -112,6 +112,12 @@ class MovingPart(FieldPart):
     enabled: bool = False
 
 
+class Temperature(Strict):
+    """Of the air at the height flown, on magnets and metal."""
+
+    enabled: bool = Field(default=True, description="false: that of the start's height, all along the flight")
+
+
 class FlexPart(Strict):
     """Bending of the mounts under load, in the ways that the aircraft file gives."""
 
@@ -136,6 +142,7 @@ class FieldSettings(Strict):
     induced: FieldPart = FieldPart()
     memory: MemoryPart = MemoryPart()
     eddy: EddyPart = EddyPart()
+    temperature: Temperature = Field(default=Temperature(), description="along the flight, on a day")
     flex: FlexPart = FlexPart()
     electronics: Electronics = Electronics()
     carrier: FieldPart = Field(default=FieldPart(), description="of a carrier, in the bird that it tows")

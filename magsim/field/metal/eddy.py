@@ -107,6 +107,32 @@ def states(modes: Modes, rate: np.ndarray, step_s: float, *, lag: bool = True) -
     return driven
 
 
+def warmed(modes: Modes, states: np.ndarray, rate: np.ndarray, step_s: float, resistance: np.ndarray) -> np.ndarray:
+    """Return the states of metal whose resistance changes slowly, all over alike, (n, k).
+
+    Then ``tau dq/dt + r q = -s`` with ``s = drive . dB_0/dt``, in the modes of ``r = 1``, whose states ``p`` obey
+    ``tau dp/dt = -(s + p)``. With ``q = p / r + c`` that is ``tau dc/dt + r c = -(1 - 1/r) (s + p)``, which is stepped
+    with ``r = 1`` on the left: an error of ``(r - 1)^2 omega tau`` of the state, and of ``tau dr/dt``.
+
+    Parameters
+    ----------
+    modes : Modes
+    states : (n, k)
+        For ``r = 1``, of ``states``.
+    rate : (n, 3) [nT/s]
+        Time derivative of the ambient field in body axes.
+    step_s : float [s]
+    resistance : (n,)
+        ``r``.
+    """
+    inverse = 1.0 / resistance[:, None]
+    late = (1.0 - inverse) * (rate @ modes.drive.T + states)
+    out = states * inverse
+    for k, tau in enumerate(modes.tau_s):
+        out[:, k] += step_rate(tau, late[:, k], step_s)
+    return out
+
+
 def slow_states(modes: Modes, rate: np.ndarray, curve: np.ndarray) -> np.ndarray:
     """Return the states of all modes to first order in their time constants, (n, k).
 
