@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from magsim.config import Problems, Strict, keys
 
@@ -242,19 +242,18 @@ class SweepSettings(Strict):
     )
     axes: Annotated[tuple[Axis, ...], BeforeValidator(_as_tuple)] = Field(default=(), max_length=200)
 
-    @field_validator("axes")
-    @classmethod
-    def _lists_are_as_long(cls, axes: tuple[Axis, ...], info: ValidationInfo) -> tuple[Axis, ...]:
-        lengths = {i: len(axis.values) for i, axis in enumerate(axes) if axis.way == "list"}
+    @model_validator(mode="after")
+    def _lists_are_as_long(self) -> "SweepSettings":
+        lengths = {i: len(axis.values) for i, axis in enumerate(self.axes) if axis.way == "list"}
         first = next(iter(lengths.values()), 0)
         found = [
-            (f"[{i}].list", f"has {length} values, the first list {first}; allowed: as many")
+            (f"axes[{i}].list", f"has {length} values, the first list {first}; allowed: as many")
             for i, length in lengths.items()
             if length != first
         ]
         if found:
             raise Problems(*found)
-        return axes
+        return self
 
     @model_validator(mode="after")
     def _count(self) -> "SweepSettings":
