@@ -105,16 +105,29 @@ def check_path(what: str, value: object) -> None:
         raise RequestError(msg)
 
 
+SWEEPS = "sweeps/"
+"""Beginning of the names of shipped sweeps."""
+
+
 def list_scenarios() -> tuple[str, ...]:
     """Return the names of the shipped scenarios, sorted: ``calibration_c208b``, ``papers/000_simulated``."""
+    return tuple(name for name in _list_files() if not name.startswith(SWEEPS))
+
+
+def list_sweeps() -> tuple[str, ...]:
+    """Return the names of the shipped sweeps, sorted: ``sweeps/air``, ``sweeps/maneuvers``."""
+    return tuple(name for name in _list_files() if name.startswith(SWEEPS))
+
+
+def _list_files() -> tuple[str, ...]:
     folder = ROOT / "scenarios"
     return tuple(sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.toml")))
 
 
 def scenario_path(name_or_path: str | Path) -> Path:
-    """Return the file of a scenario: a path, or the name of a shipped scenario with or without ``.toml``.
+    """Return the file of a scenario or a sweep: a path, or the name of a shipped one with or without ``.toml``.
 
-    An existing file takes precedence over a shipped scenario of the same name.
+    An existing file takes precedence over a shipped one of the same name.
 
     Raises
     ------
@@ -130,7 +143,7 @@ def scenario_path(name_or_path: str | Path) -> Path:
         if path.exists() and not folder:
             return path
     name = path.as_posix().removeprefix("scenarios/").removesuffix(".toml")
-    known = list_scenarios()
+    known = _list_files()
     if name in known:
         return ROOT / "scenarios" / f"{name}.toml"
     what = "it is a folder" if folder else "there is no such file"

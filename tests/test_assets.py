@@ -59,7 +59,7 @@ def test_scenarios_that_do_not_exist(name, text):
         assets.scenario_path(name)
     assert text in str(caught.value)
     assert "shipped: calibration_c208b, " in str(caught.value)
-    assert len(str(caught.value)) < 800
+    assert len(str(caught.value)) < 900
 
 
 @pytest.mark.parametrize("path", ["./mine", "mine/", Path("mine"), "../here/mine"])

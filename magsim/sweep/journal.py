@@ -59,6 +59,7 @@ class ShardRecord(Strict):
     last_place: Count = Field(description="places of the sweep's order that are filled at its end")
     sha256: Sha256 | None = Field(default=None, description="of the file; None where no flight of it succeeded")
     size: Count = 0
+    attempts: Count = Field(default=1, description="processes that began on it; not part of what it is")
     flown: Annotated[tuple[Flown, ...], Field(strict=False)] = ()
     failed: Annotated[tuple[Failed, ...], Field(strict=False)] = ()
 

@@ -61,7 +61,7 @@ def _steps_or_values(value: object) -> object:
     return value if isinstance(value, Mapping) else _as_tuple(value)
 
 
-WAYS = ("grid", "list", "choice", "uniform", "log_uniform", "normal")
+WAYS = ("grid", "list", "number", "choice", "uniform", "log_uniform", "normal")
 """Keys of an axis that say where its values come from; each axis has one of them."""
 
 
@@ -79,6 +79,9 @@ class Axis(Strict):
         default=None,
         alias="list",
         description="values, or tables of keys and values; all lists are as long, and walked through together",
+    )
+    number: int | None = Field(
+        default=None, ge=0, lt=2**62, description="flight k takes this plus k: individuals, each once"
     )
     choice: Values | None = Field(default=None, description="values of which one is drawn for each flight")
     uniform: Pair | None = Field(default=None, description="bounds; numbers, or dates with times")
@@ -99,7 +102,7 @@ class Axis(Strict):
 
     @property
     def is_drawn(self) -> bool:
-        """Whether its values are drawn, so that any number of flights has them."""
+        """Whether each flight has a value of its own, so that there are as many as flights."""
         return self.way not in ("grid", "list")
 
     @property
@@ -137,7 +140,7 @@ class Axis(Strict):
             yield from _check_bounds(name, self.given(name))
         if way != "normal" and self.limits is not None:
             yield "limits", f"has no effect on {way}; allowed: with normal"
-        if not self.is_drawn and self.sampling is not None:
+        if (not self.is_drawn or way == "number") and self.sampling is not None:
             yield "sampling", f"has no effect on {way}; allowed: where values are drawn"
         if way not in ("uniform", "log_uniform", "normal") and self.whole:
             yield "whole", f"has no effect on {way}; allowed: with uniform, log_uniform or normal"

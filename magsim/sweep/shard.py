@@ -98,6 +98,7 @@ def fly_shard(task: ShardTask) -> ShardResult:
         record = journal.read(task.shard)
         if record is None or record.last_place != plan.last_place(task.shard):
             record = _fly(plan, task, journal, log)
+            record = record.model_copy(update={"attempts": journal.begun(task.shard).count(-1)})
             journal.write(record)
         journal.forget(task.shard)
     return ShardResult.of(record)

@@ -155,3 +155,12 @@ def test_dates_are_drawn_between_dates() -> None:
     assert all(bounds[0] <= date <= bounds[1] for date in dates)
     share = [(date - bounds[0]) / (bounds[1] - bounds[0]) for date in dates]
     assert stats.kstest(share, "uniform").pvalue > 1e-3
+
+
+def test_flights_count_themselves() -> None:
+    found = {f.number: f for f in space({"key": "individual", "number": 1}, HEADING, flights=12).flights(0, 12)}
+    assert [found[number].values["individual"] for number in range(12)] == list(range(1, 13))
+
+
+def test_flights_may_differ_in_their_seeds_alone() -> None:
+    assert [flight.number for flight in space(flights=5).flights(0, 5)] == [0, 1, 2, 3, 4]

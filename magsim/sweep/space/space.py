@@ -111,8 +111,10 @@ class Space:
         columns = self.columns(number, flown)
         keep = self._allowed(columns, len(number))
         names = list(columns)
-        for i in np.flatnonzero(keep).tolist():
-            yield SweptFlight(int(number[i]), int(flown[i]), {name: columns[name][i] for name in names})
+        rows = zip(*columns.values(), strict=True) if names else [()] * len(number)
+        for k, f, kept, row in zip(number.tolist(), flown.tolist(), keep.tolist(), rows, strict=True):
+            if kept:
+                yield SweptFlight(k, f, dict(zip(names, row, strict=True)))
 
     def columns(self, number: np.ndarray, flown: np.ndarray) -> dict[str, Sequence[object]]:
         """Return the values of flights by key path, each (n,)."""
@@ -121,10 +123,11 @@ class Space:
         for i, axis in enumerate(self._settings.axes):
             if axis.is_drawn:
                 index = number if self._dressing[i] else flown
-                column = values(axis, self._drawn(i, axis, index))
+                column = self._own(i, axis, index)
                 out.update(dict.fromkeys(self._paths[i], column))
                 continue
-            chosen = [axis.values[j] for j in digits[i]]
+            given = axis.values
+            chosen = [given[j] for j in digits[i]]
             if self._paths[i]:
                 out.update(dict.fromkeys(self._paths[i], chosen))
             else:
@@ -140,7 +143,7 @@ class Space:
                 out.update({name: [_of(item, name) for item in axis.values] for name in axis.table_keys})
             else:
                 drawn = axis.is_drawn and axis.choice is None
-                shown = values(axis, self._drawn(i, axis, one)) if drawn else axis.values
+                shown = self._own(i, axis, one) if drawn else axis.values
                 out.update(dict.fromkeys(self._paths[i], shown))
         return out
 
@@ -151,12 +154,17 @@ class Space:
     def _method(self, axis: Axis) -> str:
         return axis.sampling or self._settings.sampling
 
-    def _drawn(self, i: int, axis: Axis, index: np.ndarray) -> np.ndarray:
+    def _own(self, i: int, axis: Axis, index: np.ndarray) -> Sequence[object]:
+        """Return the values of an axis on which each flight has its own, (n,)."""
+        if axis.number is not None:
+            return (axis.number + index).tolist()
         method, settings = self._method(axis), self._settings
         name = " ".join(axis.key)
         if method == "latin_hypercube":
-            return numbers(method, settings.seed, name, index, block=settings.block)
-        return numbers(method, settings.seed, name, index, dimension=self._dimensions.get(i, 0))
+            drawn = numbers(method, settings.seed, name, index, block=settings.block)
+        else:
+            drawn = numbers(method, settings.seed, name, index, dimension=self._dimensions.get(i, 0))
+        return values(axis, drawn)
 
     def _make_digits(self) -> Iterator[_Digit]:
         """Yield the digits, the fastest first."""

@@ -1,0 +1,1 @@
+"""Subjects of ``sweep_scaling.py``."""
