@@ -1,25 +1,25 @@
 """Sweeps: one scenario in thousands of variations, flown by processes that may die, into a folder of recordings."""
 
-from magsim.sweep.crews import ClusterCrew, Crew, LocalCrew, cluster_crew
 from magsim.sweep.finish import SweepOutcome, check_ready, finish, write_failures
 from magsim.sweep.folder import SweepFolder, open_folder
 from magsim.sweep.plan import SweepFile, SweepPlan, plan_of, read_sweep
 from magsim.sweep.rehearsal import check, measure, ranges
 from magsim.sweep.run import SweepProgress, run
 from magsim.sweep.words import duration
+from magsim.sweep.workers import ClusterWorkers, LocalWorkers, Workers, cluster_workers
 
 __all__ = [
-    "ClusterCrew",
-    "Crew",
-    "LocalCrew",
+    "ClusterWorkers",
+    "LocalWorkers",
     "SweepFile",
     "SweepFolder",
     "SweepOutcome",
     "SweepPlan",
     "SweepProgress",
+    "Workers",
     "check",
     "check_ready",
-    "cluster_crew",
+    "cluster_workers",
     "duration",
     "finish",
     "measure",

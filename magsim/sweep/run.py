@@ -1,4 +1,4 @@
-"""Flying of a sweep: what is left is given to a crew, and every finished file is in the journal, whatever happens."""
+"""Flying of a sweep: what is left is given to workers, and every finished file is in the journal, whatever happens."""
 
 import time
 from collections import Counter, deque
@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from magsim.errors import DataError
-from magsim.sweep.crews import Crew, Died, Finished
 from magsim.sweep.folder import SweepFolder
 from magsim.sweep.journal import Journal
 from magsim.sweep.plan import SweepPlan
 from magsim.sweep.shard import ShardResult, ShardTask
+from magsim.sweep.workers import Died, Finished, Workers
 
 MOST_DEATHS = 3
 """Processes that die on one flight until it counts as failed."""
@@ -82,7 +82,7 @@ class SweepProgress:
 def run(
     plan: SweepPlan,
     folder: SweepFolder,
-    crew: Crew,
+    workers: Workers,
     *,
     part: tuple[int, int] = (1, 1),
     max_failures: int | None = None,
@@ -95,7 +95,7 @@ def run(
     plan : SweepPlan
     folder : SweepFolder
         Opened for the plan.
-    crew : Crew
+    workers : Workers
         It is closed at the end.
     part : (int, int)
         ``(i, n)``: every n-th file, from the i-th, 1 to n.
@@ -116,13 +116,13 @@ def run(
     DataError
         If too many flights failed, processes die at their start, or the sweep's files have changed meanwhile.
     """
-    driver = _Driver(plan, folder, crew, part=part, max_failures=max_failures, report=report)
+    driver = _Driver(plan, folder, workers, part=part, max_failures=max_failures, report=report)
     finished = False
     try:
         driver.fly()
         finished = True
     finally:
-        crew.close(at_once=not finished)
+        workers.close(at_once=not finished)
     return driver.progress
 
 
@@ -133,13 +133,13 @@ class _Driver:
         self,
         plan: SweepPlan,
         folder: SweepFolder,
-        crew: Crew,
+        workers: Workers,
         *,
         part: tuple[int, int],
         max_failures: int | None,
         report: Callable[[SweepProgress], None],
     ) -> None:
-        self._plan, self._crew, self._report = plan, crew, report
+        self._plan, self._workers, self._report = plan, workers, report
         self._folder, self._journal = folder.path, Journal(folder.path)
         self._most = max_failures
         self._part = part
@@ -158,16 +158,16 @@ class _Driver:
         """Fly until nothing is left."""
         waiting = next(self._left, None)
         while waiting or self._working or self._again or self._busy:
-            while self._working < self._crew.wanted and (waiting or self._again):
+            while self._working < self._workers.wanted and (waiting or self._again):
                 if self._again:
                     task = self._again.popleft()
                 else:
                     assert waiting is not None
                     task, waiting = waiting, next(self._left, None)
-                self._crew.submit(task)
+                self._workers.submit(task)
                 self._working += 1
             if self._working:
-                for ended in self._crew.wait(WAIT_S):
+                for ended in self._workers.wait(WAIT_S):
                     self._working -= 1
                     self._note(ended)
             else:  # other processes fly all that is left

@@ -17,7 +17,7 @@ path, folder, workers, engine = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])
 plan = room.read_sweep(path, sys.argv[5:])
 opened = room.open_folder(plan, folder, resume=True, shared=True)
 began = time.perf_counter()
-crew = room.LocalCrew(workers) if engine == "local" else room.cluster_crew(None, workers)
+team = room.LocalWorkers(workers) if engine == "local" else room.cluster_workers(None, workers)
 peak, looked = 0, 0.0
 def look(_progress):
     global peak, looked
@@ -29,7 +29,7 @@ def look(_progress):
             peak = max(peak, process.memory_info().rss)
         except psutil.Error:
             pass
-room.run(plan, opened, crew, report=look)
+room.run(plan, opened, team, report=look)
 outcome = room.finish(plan, opened)
 spent = time.perf_counter() - began
 own, theirs = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)

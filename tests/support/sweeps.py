@@ -58,7 +58,7 @@ def fly(
 ) -> SweepOutcome:
     """Fly a sweep on this machine, to its end."""
     opened = room.open_folder(plan, folder, resume=True, shared=True)
-    room.run(plan, opened, room.LocalCrew(workers), part=part, **options)  # type: ignore[arg-type]
+    room.run(plan, opened, room.LocalWorkers(workers), part=part, **options)  # type: ignore[arg-type]
     outcome = room.finish(plan, opened)
     assert outcome is not None
     return outcome

@@ -13,8 +13,8 @@ import pytest
 
 from magsim import sweep as room
 from magsim.errors import DataError, RequestError
-from magsim.sweep.crews.cluster import LOOPBACK, cluster_crew
 from magsim.sweep.journal import Journal
+from magsim.sweep.workers.cluster import LOOPBACK, cluster_workers
 from tests.support.sweeps import bytes_of, fly, sweep_file
 
 
@@ -64,15 +64,15 @@ def test_an_interrupt_ends_every_process_and_says_how_to_go_on(flown: tuple, tmp
 def test_a_cluster_of_two_one_of_them_killed(flown: tuple, tmp_path: Path) -> None:
     plan, folder, digest = flown
     opened = room.open_folder(plan, tmp_path / "out")
-    crew, journal = cluster_crew(None, 2), Journal(opened.path)
+    workers, journal = cluster_workers(None, 2), Journal(opened.path)
     killed: list[int] = []
 
     def kill(_progress: room.SweepProgress) -> None:
         if not killed and any(number >= 0 for shard in range(6) for number in journal.begun(shard)):
-            killed.append(next(iter(crew.cluster.workers.values())).pid)
+            killed.append(next(iter(workers.cluster.workers.values())).pid)
             os.kill(killed[0], signal.SIGKILL)
 
-    room.run(plan, opened, crew, report=kill)
+    room.run(plan, opened, workers, report=kill)
     outcome = room.finish(plan, opened)
     assert killed
     assert outcome is not None
@@ -81,7 +81,7 @@ def test_a_cluster_of_two_one_of_them_killed(flown: tuple, tmp_path: Path) -> No
 
 
 def test_a_cluster_listens_on_the_loopback_interface_alone() -> None:
-    crew = cluster_crew(None, 1)
+    workers = cluster_workers(None, 1)
     try:
         family = [psutil.Process(), *psutil.Process().children(recursive=True)]
         places = [c.laddr.ip for process in family for c in process.net_connections() if c.status == psutil.CONN_LISTEN]
@@ -89,29 +89,29 @@ def test_a_cluster_listens_on_the_loopback_interface_alone() -> None:
         assert len(places) >= 4
         assert set(places) == {LOOPBACK}
     finally:
-        crew.close(at_once=False)
+        workers.close(at_once=False)
 
 
 def test_a_scheduler_that_does_not_answer_is_told() -> None:
     with pytest.raises(RequestError, match="no dask scheduler answers"):
-        cluster_crew("tcp://127.0.0.1:9", None, connect_s=1.0)
+        cluster_workers("tcp://127.0.0.1:9", None, connect_s=1.0)
 
 
 def test_a_scheduler_that_is_lost_ends_the_sweep_in_one_line(flown: tuple, tmp_path: Path) -> None:
     plan, _, digest = flown
     opened = room.open_folder(plan, tmp_path / "out")
     with dask.config.set({"distributed.comm.timeouts.connect": "2s"}):
-        crew = cluster_crew(None, 1)
+        workers = cluster_workers(None, 1)
     lost: list[bool] = []
 
     def lose(_progress: room.SweepProgress) -> None:
         if not lost:
             lost.append(True)
-            crew.cluster.sync(crew.cluster.scheduler.close)
+            workers.cluster.sync(workers.cluster.scheduler.close)
 
     with (
         dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
         pytest.raises(DataError, match="the connection to the dask scheduler was lost"),
     ):
-        room.run(plan, opened, crew, report=lose)
+        room.run(plan, opened, workers, report=lose)
     assert fly(plan, tmp_path / "out").digest == digest

@@ -29,7 +29,7 @@ def read(tmp_path: Path, sweep: str, scenario: str = LINE) -> room.SweepPlan:
             "[sweep]\nflights = 5\n[[sweep.axes]]\nkey = 'day'\ngrid = [1, 2]",
             r"line.toml:\d+: sweep.flights: 5 is no multiple of the grid's 2 flights; allowed: 2, 4, ...",
         ),
-        ("[sweep]\n[[sweep.axes]]\nkey = 'day'", r"sweep.axes\[0\]: has no values; allowed: one of grid, list, choice"),
+        ("[sweep]\n[[sweep.axes]]\nkey = 'day'", r"sweep.axes\[0\]: has no values; allowed: one of grid, list, number"),
         ("[sweep]\n[[sweep.axes]]\ngrid = [1]", r"sweep.axes\[0\].key: is missing; allowed: a key path"),
         ("[sweep]\n[[sweep.axes]]\nkey = 'a b'\ngrid = [1]", r"sweep.axes\[0\].key\[0\]: 'a b' is no key path"),
         (

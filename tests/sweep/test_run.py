@@ -67,7 +67,7 @@ def test_workers_and_parts_leave_the_same_bytes(flown: tuple, tmp_path: Path, wo
     plan, folder, digest = flown
     opened = room.open_folder(plan, tmp_path / "out", shared=True)
     for part in range(parts, 1, -1):
-        room.run(plan, opened, room.LocalCrew(workers), part=(part, parts))
+        room.run(plan, opened, room.LocalWorkers(workers), part=(part, parts))
         assert room.finish(plan, opened) is None
     assert fly(plan, tmp_path / "out", workers=workers, part=(1, parts)).digest == digest
     assert bytes_of(tmp_path / "out") == bytes_of(folder)
@@ -87,7 +87,7 @@ def test_what_is_finished_is_not_flown_again(flown: tuple, tmp_path: Path) -> No
             raise Stop
 
     with pytest.raises(Stop):
-        room.run(plan, opened, room.LocalCrew(1), report=stop)
+        room.run(plan, opened, room.LocalWorkers(1), report=stop)
     kept = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out").glob("*.h5")}
     assert kept
     assert fly(plan, tmp_path / "out").digest == digest
@@ -98,8 +98,8 @@ def test_what_is_finished_is_not_flown_again(flown: tuple, tmp_path: Path) -> No
 def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: Path) -> None:
     plan, folder, digest = flown
     opened = room.open_folder(plan, tmp_path / "out")
-    crew = room.LocalCrew(2)
-    first = crew.processes
+    workers = room.LocalWorkers(2)
+    first = workers.processes
     journal = Journal(opened.path)
 
     def kill() -> None:
@@ -109,7 +109,7 @@ def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: P
 
     killer = threading.Thread(target=kill)
     killer.start()
-    room.run(plan, opened, crew)
+    room.run(plan, opened, workers)
     killer.join()
     outcome = room.finish(plan, opened)
     assert outcome is not None
@@ -120,7 +120,7 @@ def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: P
 def test_a_flight_on_which_processes_die_is_a_failure_and_the_others_are_flown(flown: tuple, tmp_path: Path) -> None:
     plan, _, _ = flown
     opened = room.open_folder(plan, tmp_path / "out")
-    crew, journal = room.LocalCrew(1), Journal(opened.path)
+    workers, journal = room.LocalWorkers(1), Journal(opened.path)
     killed: list[int] = []
     done = threading.Event()
 
@@ -129,16 +129,16 @@ def test_a_flight_on_which_processes_die_is_a_failure_and_the_others_are_flown(f
             for shard in range(4):
                 begun = journal.begun(shard)
                 if begun and begun[-1] == 3 and len(killed) < 3:
-                    killed.append(crew.processes[0])
+                    killed.append(workers.processes[0])
                     os.kill(killed[-1], signal.SIGKILL)
-                    while not done.is_set() and crew.processes[0] == killed[-1]:
+                    while not done.is_set() and workers.processes[0] == killed[-1]:
                         time.sleep(0.005)
             time.sleep(0.002)
 
     killer = threading.Thread(target=kill)
     killer.start()
     try:
-        room.run(plan, opened, crew)
+        room.run(plan, opened, workers)
     finally:
         done.set()
         killer.join()
@@ -200,7 +200,7 @@ from magsim.errors import MagsimError
 plan = room.read_sweep(sys.argv[1])
 folder = room.open_folder(plan, Path(sys.argv[2]))
 try:
-    room.run(plan, folder, room.LocalCrew(1))
+    room.run(plan, folder, room.LocalWorkers(1))
 except MagsimError as error:
     print(error)
     sys.exit(error.exit_code)

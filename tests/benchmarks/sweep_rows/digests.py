@@ -32,7 +32,7 @@ def rows() -> Sequence[Row]:
 def _resumed(path: Path, folder: Path) -> str:
     """Fly the first part of three, then the rest."""
     plan = room.read_sweep(path)
-    room.run(plan, room.open_folder(plan, folder), room.LocalCrew(1), part=(1, 3))
+    room.run(plan, room.open_folder(plan, folder), room.LocalWorkers(1), part=(1, 3))
     return run(path, folder, workers=2).digest
 
 
@@ -41,7 +41,7 @@ def _parts(path: Path, folder: Path) -> str:
     plan = room.read_sweep(path)
     for part in (4, 2, 1, 3):
         opened = room.open_folder(plan, folder, shared=True)
-        room.run(plan, opened, room.LocalCrew(1), part=(part, 4))
+        room.run(plan, opened, room.LocalWorkers(1), part=(part, 4))
     outcome = room.finish(plan, opened)
     assert outcome is not None
     return outcome.digest

@@ -1,4 +1,4 @@
-"""What a crew does, whoever its workers are."""
+"""What the workers of a sweep do, whoever they are."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -21,7 +21,7 @@ class Died:
     task: ShardTask
 
 
-class Crew(Protocol):
+class Workers(Protocol):
     """Workers that fly shards. A worker that dies is replaced; its task comes back as ``Died``."""
 
     @property

@@ -12,8 +12,8 @@ from concurrent.futures import CancelledError
 from typing import TYPE_CHECKING, Any
 
 from magsim.errors import DataError, MagsimError, RequestError
-from magsim.sweep.crews.crew import Died, Finished
 from magsim.sweep.shard import ShardResult, ShardTask, fly_shard
+from magsim.sweep.workers.protocol import Died, Finished
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -31,7 +31,7 @@ LEAST_TASKS = 16
 """Tasks that a cluster has at least, so that one that grows with its load begins to."""
 
 
-def cluster_crew(scheduler: str | None, workers: int | None, *, connect_s: float = CONNECT_S) -> "ClusterCrew":
+def cluster_workers(scheduler: str | None, workers: int | None, *, connect_s: float = CONNECT_S) -> "ClusterWorkers":
     """Connect to a dask cluster, or start one on this machine.
 
     Parameters
@@ -69,29 +69,29 @@ def cluster_crew(scheduler: str | None, workers: int | None, *, connect_s: float
                 dashboard_address=f"{LOOPBACK}:0",
                 silence_logs="ERROR",
             )
-        return ClusterCrew(distributed.Client(cluster), cluster)
+        return ClusterWorkers(distributed.Client(cluster), cluster)
     try:
-        return ClusterCrew(distributed.Client(scheduler, timeout=connect_s, set_as_default=False))
+        return ClusterWorkers(distributed.Client(scheduler, timeout=connect_s, set_as_default=False))
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         msg = f"--scheduler {scheduler}: no dask scheduler answers ({reason:.200}); allowed: such as tcp://node1:8786"
         raise RequestError(msg) from None
 
 
-class ClusterCrew:
+class ClusterWorkers:
     """The workers of a dask cluster.
 
     Parameters
     ----------
     client : distributed.Client
-        Closed with the crew.
+        Closed with the workers.
     cluster : distributed.LocalCluster, optional
-        Closed with the crew.
+        Closed with the workers.
 
     Attributes
     ----------
     cluster : distributed.LocalCluster or None
-        The one that was started for this crew.
+        The one that was started for these workers.
     """
 
     def __init__(self, client: "Client", cluster: Any = None) -> None:

@@ -13,8 +13,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
 from magsim.errors import DataError, MagsimError
-from magsim.sweep.crews.crew import Died, Finished
 from magsim.sweep.shard import ShardResult, ShardTask, fly_shard
+from magsim.sweep.workers.protocol import Died, Finished
 
 BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Set to 1 for the processes: their threads would only wait for each other."""
@@ -36,7 +36,7 @@ class _Worker:
             self.pipe.send(task)
 
 
-class LocalCrew:
+class LocalWorkers:
     """Processes of this machine.
 
     Parameters
@@ -49,7 +49,7 @@ class LocalCrew:
         methods = multiprocessing.get_all_start_methods()
         self._context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         if "forkserver" in methods:
-            self._context.set_forkserver_preload(["magsim.sweep.crews.local"])
+            self._context.set_forkserver_preload(["magsim.sweep.workers.local"])
         with _one_thread():
             self._workers = [_Worker(self._context) for _ in range(workers)]
 
