@@ -91,10 +91,10 @@ def sweep(  # noqa: PLR0917 - the options
     for refused in room.check(plan)[:3]:
         click.echo(f"warning: flight {refused.flight.number} cannot be flown: {refused.reason}", err=True)
     folder = room.open_folder(plan, target, resume=resume, shared=part is not None)
-    workers = room.LocalWorkers(count) if engine == "local" else room.cluster_workers(scheduler, workers)
+    flying = room.LocalWorkers(count) if engine == "local" else room.cluster_workers(scheduler, workers)
     show = _progress(quiet=quiet)
     try:
-        room.run(plan, folder, workers, part=part or (1, 1), max_failures=max_failures, report=show)
+        room.run(plan, folder, flying, part=part or (1, 1), max_failures=max_failures, report=show)
     except BaseException:
         room.write_failures(plan, folder)
         click.echo(f"{target}: what has been flown is kept; --resume goes on with it", err=True)

@@ -11,9 +11,7 @@ PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 
 def test_every_key_is_on_the_page_with_its_default() -> None:
     known = {field.alias or name for name, field in SweepSettings.model_fields.items()}
-    rows = {
-        names: default for names, default in re.findall(r"^\| ((?:`\w+`(?:, )?)+) \| ([^|]+) \|", PAGE, re.MULTILINE)
-    }
+    rows = dict(re.findall(r"^\| ((?:`\w+`(?:, )?)+) \| ([^|]+) \|", PAGE, re.MULTILINE))
     documented = {name for names in rows for name in re.findall(r"`(\w+)`", names)}
     assert documented >= known - {"axes"}
     for name in ("seed", "block", "dressings", "shard"):
