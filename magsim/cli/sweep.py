@@ -82,26 +82,37 @@ def sweep(  # noqa: PLR0917 - the options
         from magsim import sweep as room
 
     plan = room.read_sweep(sweep_file, overrides)
-    count = workers or (os.cpu_count() or 1)
     if dry_run:
-        _rehearse(plan, count, quiet=quiet)
+        _rehearse(plan, workers or os.cpu_count() or 1, quiet=quiet)
         return
     target = output or Path("data") / plan.file.name
-    room.check_ready()
     for refused in room.check(plan)[:3]:
         click.echo(f"warning: flight {refused.flight.number} cannot be flown: {refused.reason}", err=True)
-    folder = room.open_folder(plan, target, resume=resume, shared=part is not None)
-    flying = room.LocalWorkers(count) if engine == "local" else room.cluster_workers(scheduler, workers)
     show = _progress(quiet=quiet)
+    begun = False
+
+    def report(progress: "SweepProgress") -> None:
+        nonlocal begun
+        begun = True
+        show(progress)
+
+    team = room.cluster_workers(scheduler, workers) if engine == "dask" else workers
     try:
-        room.run(plan, folder, flying, part=part or (1, 1), max_failures=max_failures, report=show)
+        outcome = room.fly(
+            plan,
+            target,
+            workers=team,
+            part=part or (1, 1),
+            resume=resume,
+            max_failures=max_failures,
+            report=report,
+        )
     except BaseException:
-        room.write_failures(plan, folder)
-        click.echo(f"{target}: what has been flown is kept; --resume goes on with it", err=True)
+        if begun:
+            click.echo(f"{target}: what has been flown is kept; --resume goes on with it", err=True)
         raise
     finally:
         show(None)
-    outcome = room.finish(plan, folder)
     if outcome is None:
         click.echo(f"{target}: this part is flown; the index follows when the other parts are")
         return

@@ -1,6 +1,7 @@
 """Sweeps: one scenario in thousands of variations, flown by processes that may die, into a folder of recordings."""
 
 from magsim.sweep.finish import SweepOutcome, check_ready, finish, write_failures
+from magsim.sweep.flying import fly
 from magsim.sweep.folder import SweepFolder, open_folder
 from magsim.sweep.plan import SweepFile, SweepPlan, plan_of, read_sweep
 from magsim.sweep.rehearsal import check, measure, ranges
@@ -22,6 +23,7 @@ __all__ = [
     "cluster_workers",
     "duration",
     "finish",
+    "fly",
     "measure",
     "open_folder",
     "plan_of",

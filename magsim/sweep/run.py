@@ -157,6 +157,7 @@ class _Driver:
     def fly(self) -> None:
         """Fly until nothing is left."""
         waiting = next(self._left, None)
+        self._tell()
         while waiting or self._working or self._again or self._busy:
             while self._working < self._workers.wanted and (waiting or self._again):
                 if self._again:

@@ -53,13 +53,9 @@ def sweep_file(folder: Path, tail: str = "", *, flights: int = 8, shard: int = 2
     return path
 
 
-def fly(
-    plan: SweepPlan, folder: Path, *, workers: int = 2, part: tuple[int, int] = (1, 1), **options: object
-) -> SweepOutcome:
-    """Fly a sweep on this machine, to its end."""
-    opened = room.open_folder(plan, folder, resume=True, shared=True)
-    room.run(plan, opened, room.LocalWorkers(workers), part=part, **options)  # type: ignore[arg-type]
-    outcome = room.finish(plan, opened)
+def fly(plan: SweepPlan, folder: Path, **options: object) -> SweepOutcome:
+    """Fly a sweep on two processes, to its end; what is there already is kept."""
+    outcome = room.fly(plan, folder, resume=True, **{"workers": 2, **options})  # type: ignore[arg-type]
     assert outcome is not None
     return outcome
 

@@ -1,7 +1,7 @@
 """What the workers of a sweep do, whoever they are."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from magsim.sweep.shard import ShardResult, ShardTask
 
@@ -21,6 +21,7 @@ class Died:
     task: ShardTask
 
 
+@runtime_checkable
 class Workers(Protocol):
     """Workers that fly shards. A worker that dies is replaced; its task comes back as ``Died``."""
 
