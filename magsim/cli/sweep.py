@@ -1,6 +1,7 @@
 """``magsim sweep``: many flights that differ in some keys of one scenario."""
 
 import os
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -82,10 +83,10 @@ def sweep(  # noqa: PLR0917 - the options
         from magsim import sweep as room
 
     plan = room.read_sweep(sweep_file, overrides)
-    if dry_run:
-        _rehearse(plan, workers or os.cpu_count() or 1, quiet=quiet)
-        return
     target = output or Path("data") / plan.file.name
+    if dry_run:
+        _rehearse(plan, target, workers or os.cpu_count() or 1, quiet=quiet)
+        return
     for refused in room.check(plan)[:3]:
         click.echo(f"warning: flight {refused.flight.number} cannot be flown: {refused.reason}", err=True)
     show = _progress(quiet=quiet)
@@ -120,32 +121,36 @@ def sweep(  # noqa: PLR0917 - the options
     click.echo(f"{target}: {outcome.tally.flown} flights, digest {outcome.digest}")
 
 
-def _rehearse(plan: "SweepPlan", workers: int, *, quiet: bool) -> None:
+def _free(target: Path) -> int:
+    """Return the free space where a folder would be made [bytes]."""
+    there = next(folder for folder in (target.absolute(), *target.absolute().parents) if folder.is_dir())
+    return shutil.disk_usage(there).free
+
+
+def _rehearse(plan: "SweepPlan", target: Path, workers: int, *, quiet: bool) -> None:
     """Print what a sweep would fly and cost."""
     from magsim import sweep as room
 
     found, count = room.ranges(plan)
     click.echo(f"flights     {count} of {plan.space.count} that the grid and the draws make, in {plan.shards} files")
-    if plan.space.flown_count < plan.space.count:
-        click.echo(
-            f"flown       {plan.space.flown_count}, each dressed {plan.space.count // plan.space.flown_count} times"
-        )
     width = max((len(name) for name in found), default=0)
     for name, values in found.items():
         click.echo(f"{name:<{width}}  {values.text}")
     for refused in room.check(plan)[:3]:
         click.echo(f"flight {refused.flight.number} cannot be flown: {refused.reason}")
     cost = room.measure(plan, (lambda _line: None) if quiet else (lambda line: click.echo(line, err=True)))
-    flown = min(plan.space.flown_count, count)
+    flown = cost.flown(plan, count)
+    if flown < count:
+        click.echo(f"flown       {flown}, each dressed {plan.space.count // plan.space.flown_count} times")
     total_s = cost.total_s(count, flown)
     click.echo(
         f"a flight    {cost.flight_s:.2f} s of one core, {cost.simulated_s:.0f} s of flight, {cost.size / 1e6:.2f} MB"
     )
-    if cost.dressing_s == cost.dressing_s:
+    if flown < count:
         click.echo(f"a dressing  {cost.dressing_s:.2f} s of one core")
     click.echo(
-        f"altogether  {total_s / 3600.0:.2f} core hours, {room.duration(total_s / workers)} with {workers} workers, "
-        f"{count * cost.size / 1e9:.2f} GB (from {cost.timed} flights)"
+        f"altogether  {total_s / 3600.0:.3g} core hours, {room.duration(total_s / workers)} with {workers} workers, "
+        f"{count * cost.size / 1e9:.3g} GB of {_free(target) / 1e9:.0f} free (from {cost.timed} flights)"
     )
 
 

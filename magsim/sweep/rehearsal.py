@@ -1,5 +1,6 @@
 """A sweep before it is flown: what it would fly, whether it can be, and what it would cost."""
 
+import math
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,6 +12,7 @@ import numpy as np
 from magsim.errors import MagsimError, RequestError
 from magsim.recording import write_recordings
 from magsim.simulation import Simulator
+from magsim.simulation.dependence import FlightInputs
 from magsim.sweep.plan import SweepPlan
 from magsim.sweep.space import SweptFlight
 
@@ -142,6 +144,10 @@ class Cost:
     size: float
     simulated_s: float
 
+    def flown(self, plan: SweepPlan, flights: int) -> int:
+        """Return how many of so many flights of a sweep are flown, as far as those that were timed tell."""
+        return flights if math.isnan(self.dressing_s) else min(plan.space.flown_count, flights)
+
     def total_s(self, flights: int, flown: int) -> float:
         """Return the processor time of a sweep [s]."""
         dressed = flights - flown
@@ -196,15 +202,17 @@ class _Timed:
 
 
 def _timed(plan: SweepPlan, place: int, path: Path) -> Iterator[_Timed]:
-    """Fly and write the flight at a place, and the next one if it shares the flight."""
-    simulator, before = Simulator(), None
+    """Fly and write the flight at a place, and the next one if it may share the flight."""
+    simulator, before, key = Simulator(), None, ""
     for flight in plan.space.flights(place, place + 2):
         if before is not None and before != flight.flown:
             return
         began = time.process_time()
-        recording = simulator.simulate(plan.load(flight))
+        loaded = plan.load(flight)
+        last, key = key, FlightInputs.of(loaded).key
+        recording = simulator.simulate(loaded)
         write_recordings(path, [recording], force=True)
         spent_s = time.process_time() - began
         simulated_s = float(recording.time_s[-1] - recording.time_s[0])
-        yield _Timed(flight.number, place, before is not None, spent_s, path.stat().st_size, simulated_s)
+        yield _Timed(flight.number, place, key == last, spent_s, path.stat().st_size, simulated_s)
         before = flight.flown
