@@ -4,7 +4,7 @@
 one, ``tow`` is the bird under it; ``flying`` joins them.
 """
 
-from magsim.flight.flying import bare_run, fly
+from magsim.flight.flying import fly
 from magsim.flight.over_sea import check_over_sea
 
-__all__ = ["bare_run", "check_over_sea", "fly"]
+__all__ = ["check_over_sea", "fly"]

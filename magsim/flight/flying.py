@@ -2,15 +2,14 @@
 
 from collections.abc import Callable
 
-from magsim.aircraft import Aircraft, Bird, Facts, KinematicFacts
+from magsim.aircraft import Aircraft, Bird, KinematicFacts
 from magsim.earth.atmosphere import standard_density
 from magsim.errors import RequestError
 from magsim.flight.carriers.kinematic import fly_kinematic
 from magsim.flight.carriers.logged import fly_track
 from magsim.flight.carriers.modeled import fly_modeled
 from magsim.flight.carriers.outcome import check_height
-from magsim.flight.carriers.planning import MARGIN_S, plan_flight, settle_s
-from magsim.flight.model.start import bare_steps
+from magsim.flight.carriers.planning import MARGIN_S, settle_s
 from magsim.flight.tow.motion import BirdMotion
 from magsim.scenario import Scenario, TrackLog, TrackPattern, ground_of
 from magsim.terrain import Ground
@@ -96,12 +95,3 @@ def _fly_carrier(
     if isinstance(aircraft.facts, KinematicFacts):
         return fly_kinematic(scenario, aircraft, ground), None
     return fly_modeled(scenario, aircraft, bird, ground, progress)
-
-
-def bare_run(scenario: Scenario, aircraft: Aircraft, duration_s: float) -> None:
-    """Step the same flight model at the same rate for a time and do nothing else: the reference for speed."""
-    facts = scenario.loading.apply(aircraft.facts)
-    assert isinstance(facts, Facts)
-    ground = ground_of(scenario.terrain, scenario.start, scenario.seed, None)
-    setup = plan_flight(scenario, facts, ground).setup
-    bare_steps(facts, setup, round(duration_s * setup.step_hz))

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from magsim.aircraft import Aircraft, load_aircraft
-from magsim.flight import bare_run, fly
+from magsim.flight import fly
 from magsim.flight.model.dryden import Strength
 from magsim.flight.model.rates import log_rate_hz
 from magsim.flight.model.setup import PlantSetup
@@ -35,6 +35,7 @@ from magsim.flight.pilot.trains import SineTrain
 from magsim.loading import LoadedScenario, load_scenario
 from magsim.scenario import Box, Scenario
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
+from tests.support.bare import bare_run, cpu_s
 
 MEMORY = Path("/proc/self/statm")
 """File with the memory of a process, in pages, on Linux."""
@@ -45,20 +46,13 @@ TRAINS = (("pitch", 5.0, 10.0), ("roll", 10.0, 33.0), ("yaw", 5.0, 56.0))
 """Axis, amplitude [deg] and start [s] of the maneuvers of the comparison of rates: a figure-of-merit set, 5 s each."""
 
 
-def cpu_s(work: object) -> float:
-    """CPU seconds of this process that a call takes."""
-    start = time.process_time()
-    work()
-    return time.process_time() - start
-
-
 def speed_rows(loaded: LoadedScenario, repeat: int) -> list[Row]:
     """CPU time of a flight beside a bare run, in turn."""
     carrier = fly(loaded.scenario, loaded.aircraft).carrier
     duration_s = loaded.scenario.flight.warmup_s + float(carrier.time_s[-1])
     pairs = []
     for _ in range(repeat):
-        bare = cpu_s(lambda: bare_run(loaded.scenario, loaded.aircraft, duration_s))
+        bare = cpu_s(lambda: bare_run(loaded, duration_s))
         pairs.append((cpu_s(lambda: fly(loaded.scenario, loaded.aircraft)), bare))
     flown, bare = (statistics.median(pair[i] for pair in pairs) for i in (0, 1))
     return [

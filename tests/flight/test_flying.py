@@ -15,7 +15,7 @@ import pytest
 from magsim.aircraft import Aircraft
 from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.errors import DataError, RequestError
-from magsim.flight import bare_run, fly
+from magsim.flight import fly
 from magsim.frames import rot_nb_from_attitude
 from magsim.loading import load_scenario
 from magsim.scenario import Scenario
@@ -316,10 +316,6 @@ def test_maneuvers_that_the_wind_shortens_are_refused(cessna: Aircraft, scenario
     windy = scenario_of(pattern, air={"wind_north_mps": 29.0})
     with pytest.raises(RequestError, match=r"with the wind of \[air\], leg 1 of circuit 1 is flown in \d+ s"):
         fly(windy, cessna)
-
-
-def test_a_bare_run_flies_the_same_model(cessna: Aircraft, scenario_of: ScenarioOf) -> None:
-    assert bare_run(scenario_of({"kind": "box"}), cessna, 5.0) is None
 
 
 def test_the_aircraft_folder_is_left_alone(cessna: Aircraft, scenario_of: ScenarioOf) -> None:

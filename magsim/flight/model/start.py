@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 
 import jsbsim
-import numpy as np
 
 from magsim.aircraft.facts import Facts
 from magsim.flight.model.air_xml import weather_xml
@@ -69,12 +68,3 @@ def _earlier(setup: PlantSetup, time_s: float) -> PlantSetup:
     plane = LocalPlane(setup.lat_rad, setup.lon_rad, setup.alt_m)
     lat, lon = plane.geodetic(-distance * math.cos(setup.course), -distance * math.sin(setup.course))
     return replace(setup, lat_rad=lat, lon_rad=lon, course=setup.course - plane.north_at(lat, lon))
-
-
-def bare_steps(facts: Facts, setup: PlantSetup, steps: int) -> float:
-    """Step a plant and do nothing else; return the last height [m], so that the work has a result."""
-    fdm = start(facts, setup)
-    run = fdm.run
-    for _ in range(steps):
-        run()
-    return float(np.float64(fdm["position/geod-alt-ft"]) * FT)
