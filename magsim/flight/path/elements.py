@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
+import numpy as np
+
+from magsim.flight.path import turns
 from magsim.units import G0
 
 TABLE_STEP_M = 1.0
@@ -137,51 +140,45 @@ class TurnShape:
         self.ease_m = min(ease_m, 0.8 * arc)
         self.length_m = arc + self.ease_m
         count = max(8, round(self.length_m / TABLE_STEP_M))
-        self._step = self.length_m / count
-        self._table = self._integrate(count)
-        self._end = math.cos(angle), math.sin(angle)
-        self.offset_m = self._table[-1][0]
+        self.points = turns.turn_points(count, self.length_m, self.ease_m, radius_m, angle)
+        self.offset_m = float(self.points[-1, 0])
 
     def bend(self, along_m: float) -> tuple[float, float]:
         """Return turned angle [rad] and curvature [1/m] at a distance from the beginning; straight outside."""
-        ease, radius, length = self.ease_m, self.radius_m, self.length_m
-        if along_m < ease:
-            x = max(0.0, along_m / ease)
-            return ease / radius * (x**3 - 0.5 * x**4), (3.0 * x**2 - 2.0 * x**3) / radius
-        if along_m > length - ease:
-            turned, curvature = self.bend(length - along_m)
-            return self.angle - turned, curvature
-        return (along_m - 0.5 * ease) / radius, 1.0 / radius
-
-    def _integrate(self, count: int) -> list[tuple[float, float]]:
-        """Return points along the turn, by Simpson's rule on the tangent."""
-        step, forward, right, out = self._step, 0.0, 0.0, [(0.0, 0.0)]
-        for i in range(count):
-            angles = [self.bend((i + part) * step)[0] for part in (0.0, 0.5, 1.0)]
-            forward += step / 6.0 * (math.cos(angles[0]) + 4.0 * math.cos(angles[1]) + math.cos(angles[2]))
-            right += step / 6.0 * (math.sin(angles[0]) + 4.0 * math.sin(angles[1]) + math.sin(angles[2]))
-            out.append((forward, right))
-        return out
+        return turns.bend(along_m, self.length_m, self.ease_m, self.radius_m, self.angle)
 
     def at(self, along_m: float) -> tuple[float, float, float, float]:
         """Return forward [m], right [m], turned angle [rad] and curvature [1/m] at a distance from the beginning."""
-        if along_m <= 0.0:
-            return along_m, 0.0, 0.0, 0.0
-        if along_m >= self.length_m:
-            forward, right = self._table[-1]
-            beyond, (cos, sin) = along_m - self.length_m, self._end
-            return forward + beyond * cos, right + beyond * sin, self.angle, 0.0
-        place = along_m / self._step
-        index = min(int(place), len(self._table) - 2)
-        part = place - index
-        (f0, r0), (f1, r1) = self._table[index], self._table[index + 1]
-        return f0 + part * (f1 - f0), r0 + part * (r1 - r0), *self.bend(along_m)
+        return turns.turn_at(along_m, self.length_m, self.ease_m, self.radius_m, self.angle, self.points)
 
 
 @lru_cache(maxsize=64)
 def turn_shape(radius_m: float, ease_m: float, angle: float = 0.5 * math.pi) -> TurnShape:
     """Return a turn, integrated once."""
     return TurnShape(radius_m, ease_m, angle)
+
+
+def tables_of(path: Sequence[Element]) -> tuple[np.ndarray, np.ndarray]:
+    """Return a path as the compiled guidance takes it: elements (n,) of ``turns.ELEMENT``, points of all turns (m, 2).
+
+    The points of a shape that several turns have are there once.
+    """
+    elements, points = np.zeros(len(path), turns.ELEMENT), [np.empty((0, 2))]
+    first_of: dict[int, int] = {}
+    for row, element in zip(elements, path, strict=True):
+        north, east, course, _ = element.start
+        row["length_m"], row["north_m"], row["east_m"], row["course"] = element.length_m, north, east, course
+        row["cos"], row["sin"] = math.cos(course), math.sin(course)
+        if isinstance(element, Straight):
+            continue
+        shape = element.shape
+        if id(shape) not in first_of:
+            first_of[id(shape)] = sum(map(len, points))
+            points.append(shape.points)
+        first = first_of[id(shape)]
+        row["side"], row["radius_m"], row["ease_m"] = element.side, shape.radius_m, shape.ease_m
+        row["angle"], row["first"], row["last"] = shape.angle, first, first + len(shape.points)
+    return elements, np.concatenate(points)
 
 
 def turn_radius(speed_mps: float, bank_deg: float) -> float:

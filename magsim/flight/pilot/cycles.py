@@ -9,14 +9,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-QUARTER = 0.5 * math.pi
-NEWTON_RAD = 1e-10
-"""Newton's steps to the phase at a time end below this."""
+from magsim.flight.pilot import curves
 
 CUT = 2.0
 CUT_STD = math.sqrt(
@@ -54,9 +51,9 @@ class TrainCurve:
     ease_out_s: float
 
     @cached_property
-    def _even(self) -> float | None:
-        """Angular frequency [rad/s] where all cycles are the same, else None."""
-        return 2.0 * math.pi / self.cycles[0].period_s if len(set(self.cycles)) == 1 else None
+    def table(self) -> np.ndarray:
+        """Amplitude [deg] and period [s] of each cycle, (n, 2); (1, 2) where all are the same."""
+        return np.array(self.cycles[:1] if len(set(self.cycles)) == 1 else self.cycles, dtype=float)
 
     @cached_property
     def stop_s(self) -> float:
@@ -66,66 +63,11 @@ class TrainCurve:
     @cached_property
     def starts_s(self) -> tuple[float, ...]:
         """Beginning of each cycle, and the end of the last one: where the sine passes zero upward [s]."""
-        return tuple(self._time(2.0 * math.pi * i) for i in range(len(self.cycles) + 1))
+        return tuple(curves.time_at(self.table, 2.0 * math.pi * i) for i in range(len(self.cycles) + 1))
 
     def at(self, time_s: float) -> tuple[float, float]:
         """Return angle [deg] and rate [deg/s] at a time."""
-        rise, rising = _eased(time_s + self.ease_in_s, self.ease_in_s)
-        fall, falling = _eased(self.stop_s + self.ease_out_s - time_s, self.ease_out_s)
-        if rise == 0.0 or fall == 0.0:
-            return 0.0, 0.0
-        envelope, growing = rise * fall, rising * fall - rise * falling
-        if self._even is None:
-            phase, pace = self._phase(time_s)
-            amplitude, slope = self._blend(phase, 0)
-        else:
-            phase, pace = self._even * time_s, self._even
-            amplitude, slope = self.cycles[0].amplitude_deg, 0.0
-        sin, cos = math.sin(phase), math.cos(phase)
-        rate = (slope * sin + amplitude * cos) * pace * envelope + amplitude * sin * growing
-        return amplitude * sin * envelope, rate
-
-    def _phase(self, time_s: float) -> tuple[float, float]:
-        """Return phase [rad] and its rate [rad/s] at a time."""
-        phase = 2.0 * math.pi * len(self.cycles) * time_s / self.stop_s
-        while True:
-            pace = 2.0 * math.pi / self._blend(phase, 1)[0]
-            step = (time_s - self._time(phase)) * pace
-            phase += step
-            if abs(step) < NEWTON_RAD:
-                return phase, pace
-
-    def _blend(self, phase: float, which: int) -> tuple[float, float]:
-        """Return amplitude (0) or period (1) at a phase, and its derivative [1/rad]."""
-        number = round(phase / (2.0 * math.pi))
-        before, after = (self.cycles[min(max(i, 0), len(self.cycles) - 1)][which] for i in (number - 1, number))
-        part = (phase - 2.0 * math.pi * number + QUARTER) / math.pi
-        if part <= 0.0 or before == after:
-            return before if part <= 0.0 else after, 0.0
-        if part >= 1.0:
-            return after, 0.0
-        share = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
-        slope = 30.0 * (part * (1.0 - part)) ** 2 / math.pi
-        return before + share * (after - before), slope * (after - before)
-
-    def _time(self, phase: float) -> float:
-        """Return the time at a phase [s]: the integral of the period over the phase."""
-        time = self.cycles[0].period_s * phase
-        for i, (one, other) in enumerate(pairwise(self.cycles), start=1):
-            part = min(max((phase - 2.0 * math.pi * i + QUARTER) / math.pi, 0.0), 1.0)
-            beyond = max(0.0, phase - 2.0 * math.pi * i - QUARTER)
-            time += (other.period_s - one.period_s) * (math.pi * part**4 * (2.5 - 3.0 * part + part**2) + beyond)
-        return time / (2.0 * math.pi)
-
-
-def _eased(time_s: float, ease_s: float) -> tuple[float, float]:
-    """Return the cubic step of a time over an easing, and its rate [1/s]."""
-    part = time_s / max(ease_s, 1e-3)
-    if part <= 0.0:
-        return 0.0, 0.0
-    if part >= 1.0:
-        return 1.0, 0.0
-    return part * part * (3.0 - 2.0 * part), 6.0 * part * (1.0 - part) / max(ease_s, 1e-3)
+        return curves.curve_at(self.table, self.stop_s, self.ease_in_s, self.ease_out_s, time_s)
 
 
 def scattered(
