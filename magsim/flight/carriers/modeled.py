@@ -32,12 +32,12 @@ from magsim.flight.model.setup import PlantSetup
 from magsim.flight.path.wind import ground_speed
 from magsim.flight.pilot.calibration import calibrate_maneuvers, check_reach, loop_response, maneuvers_to_calibrate
 from magsim.flight.pilot.flaps import check_legs, runs_of
-from magsim.flight.pilot.guidance import TICK_HZ
 from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.measure import measure
 from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.flight.pilot.pilot import Pilot, first_row_s, on_clock, planned_trains
 from magsim.flight.pilot.response import UNITY, LoopResponse
+from magsim.flight.pilot.steering import TICK_HZ
 from magsim.flight.pilot.trains import SineTrain
 from magsim.flight.tow.motion import BirdMotion
 from magsim.scenario import Scenario, parts_of
@@ -128,7 +128,7 @@ def _finished(expected_s: float) -> Callable[[Pilot], bool]:
     longest = longest_s(expected_s)
 
     def finished(pilot: Pilot) -> bool:
-        end, now = pilot.guidance.finished_s, pilot.plant.time_s
+        end, now = pilot.finished_s, pilot.plant.time_s
         if pilot.plant.fuel_kg <= 0.0:
             msg = f"the fuel was burned {now:.0f} s after the start; allowed: more of loading.fuel_kg"
             raise DataError(msg)

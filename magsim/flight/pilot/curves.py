@@ -11,6 +11,32 @@ NEWTON_RAD = 1e-10
 """Newton's steps to the phase at a time end below this."""
 
 
+CURVE = np.dtype(
+    [
+        ("axis", "i8"),
+        ("start_s", "f8"),
+        ("stop_s", "f8"),
+        ("ease_in_s", "f8"),
+        ("ease_out_s", "f8"),
+        ("over_s", "f8"),
+        ("period_s", "f8"),
+        ("direct", "f8"),
+        ("quadrature", "f8"),
+        ("first", "i8"),
+        ("last", "i8"),
+    ]
+)
+"""A curve in time: its axis (a number of ``AXES``), beginning of the first cycle, length of the cycles, easings, when it
+is over, mean period, factors of the curve and of its derivative, and the rows of its cycles."""
+
+
+@compiled
+def value_at(curve: np.void, cycles: np.ndarray, time_s: float) -> tuple[float, float]:
+    """Return angle [deg] and rate [deg/s] of a record of CURVE at a time of the flight."""
+    own = cycles[curve.first : curve.last]
+    return curve_at(own, curve.stop_s, curve.ease_in_s, curve.ease_out_s, time_s - curve.start_s)
+
+
 @compiled
 def curve_at(
     cycles: np.ndarray, stop_s: float, ease_in_s: float, ease_out_s: float, time_s: float

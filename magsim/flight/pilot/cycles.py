@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magsim.flight.model.autopilot import AXES
 from magsim.flight.pilot import curves
 
 CUT = 2.0
@@ -68,6 +69,31 @@ class TrainCurve:
     def at(self, time_s: float) -> tuple[float, float]:
         """Return angle [deg] and rate [deg/s] at a time."""
         return curves.curve_at(self.table, self.stop_s, self.ease_in_s, self.ease_out_s, time_s)
+
+
+class PlacedCurve(NamedTuple):
+    """A curve in the time of a flight, as the compiled rules take it; ``curves.CURVE`` says what the fields are."""
+
+    axis: str
+    start_s: float
+    curve: TrainCurve
+    over_s: float
+    period_s: float
+    direct: float = 1.0
+    quadrature: float = 0.0
+
+
+def table_of(placed: Sequence[PlacedCurve]) -> tuple[np.ndarray, np.ndarray]:
+    """Return curves as the compiled rules take them: records (n,) of ``curves.CURVE`` and all their cycles, (k, 2)."""
+    records, cycles = np.zeros(len(placed), curves.CURVE), [np.empty((0, 2))]
+    first = 0
+    for number, one in enumerate(placed):
+        last, curve = first + len(one.curve.table), one.curve
+        times = (one.start_s, curve.stop_s, curve.ease_in_s, curve.ease_out_s, one.over_s, one.period_s)
+        records[number] = (AXES.index(one.axis), *times, one.direct, one.quadrature, first, last)
+        cycles.append(curve.table)
+        first = last
+    return records, np.concatenate(cycles)
 
 
 def scattered(

@@ -1,7 +1,7 @@
 """One run of a plant along a path: guidance ten times a second, scheduled maneuvers, a log of every row."""
 
 import math
-from array import array
+import struct
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import accumulate
@@ -12,7 +12,7 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.flight.model.aero import bank_below_stall
-from magsim.flight.model.autopilot import RAMP_START, rate_of
+from magsim.flight.model.autopilot import RAMP_START, RAMPED
 from magsim.flight.model.channels import CHANNELS, TO_SI
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
 from magsim.flight.model.setup import PlantSetup
@@ -21,13 +21,17 @@ from magsim.flight.path.elements import Element
 from magsim.flight.path.heights import HeightPlan
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.path.wind import ground_speed
+from magsim.flight.pilot import ticks
+from magsim.flight.pilot.cycles import table_of
 from magsim.flight.pilot.flaps import FlapSchedule
-from magsim.flight.pilot.guidance import TICK_HZ, Crossing, Guidance, GuidanceInput, SetPoints, wrap
+from magsim.flight.pilot.guidance import Crossing, Guidance
 from magsim.flight.pilot.gusts import GustSchedule
 from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.monitor import FlightMonitor
 from magsim.flight.pilot.response import LoopResponse
+from magsim.flight.pilot.steering import TICK_HZ, wrap
 from magsim.flight.pilot.swings import SwingCommands
+from magsim.flight.pilot.ticks import ORDERS
 from magsim.flight.pilot.trains import SineTrain, trains_of_leg
 from magsim.scenario import FlapMove, LegPattern
 from magsim.terrain import Ground
@@ -43,6 +47,14 @@ LIFT_PART = 0.9
 
 ENTRY_S = 10.0
 """So long before the path is entered the time of the first row is predicted."""
+
+
+ROWS_AT_ONCE = 60_000
+"""The log begins with room for so many rows, and gets as many more when it is full."""
+
+
+ROW = struct.Struct(f"{len(CHANNELS)}d")
+"""A row of the plant in memory."""
 
 
 AHEAD_TICKS = 10
@@ -117,81 +129,114 @@ class Pilot:
         most_bank = bank_below_stall(facts, setup.speed_mps, float(standard_density(highest_m)), LIFT_PART)
         gusty = setup.weather.turbulence is not None
         self.guidance = Guidance(path, facts, along_m, most_bank, gusty=gusty)
+        self._finished_s = math.nan
         self.trains: list[SineTrain] = list(trains)
         self._swings = SwingCommands()
         self._swings.add(trains, response[0])
         self._flying: list[SineTrain] = []
+        self._flown = table_of([])
         self.path: Sequence[Element] = path
         self._plane, self._parts, self._setup = plane, tuple(parts), setup
         self._responses = tuple(response)
         self.log_hz = log_hz
         self._steps_per_row = setup.step_hz // log_hz
-        self._rows = array("d", self.plant.row)
-        self._seen, self._seed = 0, seed
-        self._targets: dict[str, float] = {}
-        self._moving: set[str] = set()
+        self._rows = np.empty((ROWS_AT_ONCE, len(CHANNELS)))
+        self._rows[0] = self.plant.row
+        self._last = self._seen = 0
+        self._seed = seed
+        self._targets = np.zeros((len(RAMPED), 2))
+        self._which, self._values = np.zeros(len(ORDERS), dtype=int), np.zeros(len(ORDERS))
         self._monitor, self._gusts = monitor, GustSchedule(setup.weather)
         self.flaps = FlapSchedule(flaps)
-        self._turned = self._convergence()
+        memory = self.guidance.memory
+        memory["grid"], memory["turned"] = setup.grid, self._convergence()
         self._planned_s = -along_m / max(1.0, ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps))
 
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
         """Fly until ``done`` returns true; ``tick`` is called after every tick of the guidance."""
         rows_per_tick = self.log_hz // TICK_HZ
-        run, steps, rows = self.plant.run, self._steps_per_row, self._rows
+        run, steps, pack = self.plant.run, self._steps_per_row, ROW.pack_into
         self._guide()
         while not done(self):
+            if self._last + rows_per_tick >= len(self._rows):
+                self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
+            place, table = self._last * ROW.size, memoryview(self._rows).cast("B")
             for _ in range(rows_per_tick):
-                rows.extend(run(steps))
+                place += ROW.size
+                pack(table, place, *run(steps))
+            self._last += rows_per_tick
             self._guide()
             if tick is not None:
                 tick(self)
-        table = np.frombuffer(rows, dtype=float).reshape(-1, len(CHANNELS)) * TO_SI
+        table = self._rows[: self._last + 1] * TO_SI
         return Log(np.arange(len(table)) / self.log_hz, table)
 
+    @property
+    def finished_s(self) -> float | None:
+        """When the end of the path was passed; None before."""
+        return None if math.isnan(self._finished_s) else self._finished_s
+
     def _guide(self) -> None:
-        time, guidance = self.plant.time_s, self.guidance
-        lat, lon, v_north, v_east, v_down, heading, airspeed = self.plant.motion()
+        plant, guidance = self.plant, self.guidance
+        time, command = plant.time_s, plant.command
         if self._ground is not None:
             if not self._below:
                 self._below = self._look_ahead(self._ground)
-            self.plant.ground(self._below.pop())
-        place = self._plane.motion(lat, lon, v_north, v_east)
-        if self._flying:
-            self._flying = [train for train in self._flying if not train.over(time)]
-        self._flying += self._swings.begun(time)
-        # Headings of the path and of the guidance are those of the plane: the meridians converge towards the poles.
-        turned = math.atan2(place[3], place[2]) - math.atan2(v_east, v_north)
-        motion = GuidanceInput(*place, heading + turned, airspeed, v_down)
-        # The autopilot counts from local north, or grid north near the poles.
-        turned = wrap(turned - self._setup.grid * lon)
-        turning, self._turned = wrap(turned - self._turned), turned
-        order = guidance.step(time, motion, self._flying)
+            plant.ground(self._below.pop())
+        self._choose_trains(time)
+        count, crossed, self._finished_s, index, along_m, off_m, speed = ticks.tick(
+            guidance.memory,
+            guidance.elements,
+            guidance.points,
+            guidance.crossed_s,
+            self._plane.table,
+            *self._flown,
+            self._targets,
+            self._rows,
+            self._last,
+            time,
+            self._which,
+            self._values,
+        )
         if self._monitor is not None:
-            self._monitor_flight(self._monitor)
-        self._plan_legs(guidance.crossings)
-        if not guidance.crossings:
-            self._expect_first_row(time, math.hypot(motion.v_north, motion.v_east))
+            trouble = self._monitor.controls(plant.row) or (
+                self._monitor.line(self.path[index], off_m) if crossed else ""
+            )
+            if trouble:
+                raise FlightTroubleError(trouble, plant.row, time)
+        if crossed > self._seen:
+            self._plan_legs(guidance.crossings)
+        elif not crossed:
+            self._expect_first_row(time, along_m, speed)
         for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
-            self.plant.command(name, setting)
+            command(name, setting)
         flaps = self.flaps.setting(time)
         if flaps is not None:
-            self.plant.command("ap/flap-rad", flaps)
-        self.plant.command(RAMP_START, self.plant.clock_s)
+            command("ap/flap-rad", flaps)
+        command(RAMP_START, plant.clock_s)
         for name, value in self._swings.commands(time):
-            self.plant.command(name, value)
-        # North turns too until the next tick.
-        self._command(order, order.heading - turned - turning)
+            command(name, value)
         if self._heights is not None:
-            self._climb(self._heights, time, math.hypot(motion.v_north, motion.v_east))
+            count = self._climb(self._heights, time, self._before_m[index] + along_m, speed, count)
+        orders, values = ORDERS, self._values[:count].tolist()
+        for number, value in zip(self._which[:count].tolist(), values, strict=True):
+            command(orders[number], value)
 
-    def _climb(self, heights: HeightPlan, time_s: float, speed: float) -> None:
+    def _choose_trains(self, time_s: float) -> None:
+        """Keep the trains that are flown at a time, with those that begin."""
+        begun = self._swings.begun(time_s)
+        if begun or any(train.over(time_s) for train in self._flying):
+            self._flying = [train for train in self._flying if not train.over(time_s)] + begun
+            self._flown = table_of([train.placed for train in self._flying])
+
+    def _climb(self, heights: HeightPlan, time_s: float, along_m: float, speed: float, count: int) -> int:
         """Command the planned height of the next tick, and the planned climb one delay of the loops ahead of it."""
-        along = self._before_m[self.guidance.index] + self.guidance.along_m
-        self.planned.append((time_s, heights.at(along)))
-        along += speed / TICK_HZ
-        self._move("ap/height-ft", heights.at(along) / FT)
-        self._move("ap/climb-fps", heights.slope(along + CLIMB_LEAD_S * speed) * speed / FT)
+        self.planned.append((time_s, heights.at(along_m)))
+        along_m += speed / TICK_HZ
+        climb_mps = heights.slope(along_m + CLIMB_LEAD_S * speed) * speed
+        for number, target in ((ticks.HEIGHT, heights.at(along_m) / FT), (ticks.CLIMB, climb_mps / FT)):
+            count = ticks.move(self._targets, number, target, self._which, self._values, count)
+        return count
 
     def _look_ahead(self, ground: Ground) -> list[float]:
         """Return the height of the ground [m] at the middle of each of the next ticks, the last one first."""
@@ -209,36 +254,6 @@ class Pilot:
         north, east = self._plane.motion(value("lat"), value("lon"), value("v_north"), value("v_east"))[2:]
         turned = math.atan2(east, north) - math.atan2(value("v_east"), value("v_north"))
         return wrap(turned - self._setup.grid * value("lon"))
-
-    def _monitor_flight(self, monitor: FlightMonitor) -> None:
-        """End a flight that has gone wrong."""
-        plant, guidance = self.plant, self.guidance
-        trouble = monitor.controls(plant.row)
-        if not trouble and guidance.crossings:
-            trouble = monitor.line(self.path[guidance.index], guidance.off_m)
-        if trouble:
-            raise FlightTroubleError(trouble, plant.row, plant.time_s)
-
-    def _command(self, order: SetPoints, heading: float) -> None:
-        """Move the set points to those of the next tick, and the heading in the autopilot's reference."""
-        before = self._targets.get("ap/heading-rad", heading)
-        self._move("ap/heading-rad", before + wrap(heading - before))
-        self._targets["ap/heading-rad"] = heading % (2.0 * math.pi)
-        self._move("ap/bank-rad", order.bank)
-        self._move("ap/hold-heading", order.hold_heading)
-        self._move("ap/hold-yaw", order.hold_yaw)
-        self._move("ap/hold-height", order.hold_height)
-
-    def _move(self, name: str, target: float) -> None:
-        """Move a set point from its last target to a new one within the next tick; nothing is written at rest."""
-        before = self._targets.get(name, target)
-        if target == before and name in self._targets and name not in self._moving:
-            return
-        command = self.plant.command
-        command(name, before)
-        command(rate_of(name), (target - before) * TICK_HZ)
-        (self._moving.discard if target == before else self._moving.add)(name)
-        self._targets[name] = target
 
     def _plan_legs(self, crossings: Sequence[Crossing]) -> None:
         """Plan the trains of a leg when it has been entered."""
@@ -260,9 +275,9 @@ class Pilot:
             self.trains += planned
             self._swings.add(planned, self._responses[element.label.part])
 
-    def _expect_first_row(self, time_s: float, speed: float) -> None:
+    def _expect_first_row(self, time_s: float, along_m: float, speed: float) -> None:
         """Shortly before the path is entered, let the turbulence be as far as it shall be at the first row."""
-        left_s = -self.guidance.along_m / max(1.0, speed)
+        left_s = -along_m / max(1.0, speed)
         if left_s < ENTRY_S:
             self._delay_turbulence(first_row_s(time_s + left_s, self.log_hz))
 

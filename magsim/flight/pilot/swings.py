@@ -6,15 +6,22 @@ part of another one's swing. Ten times a second the sum of an axis's swings beco
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from magsim.flight.model.autopilot import AXES, swing_of
-from magsim.flight.pilot.cycles import Cycle, TrainCurve
-from magsim.flight.pilot.guidance import TICK_HZ
+from magsim.flight.pilot.curves import value_at
+from magsim.flight.pilot.cycles import Cycle, PlacedCurve, TrainCurve, table_of
 from magsim.flight.pilot.response import FED, LoopResponse
+from magsim.flight.pilot.steering import TICK_HZ
 from magsim.flight.pilot.trains import SineTrain
+from magsim.storage.compiled import compiled
+
+ORDERS = tuple(name for axis in AXES for name in swing_of(axis))
+"""The properties of all swings."""
 
 TICK_S = 1.0 / TICK_HZ
 DIFFERENCE_S = 1e-3
@@ -51,18 +58,11 @@ class Swing:
         """Time from which on it is at rest [s]."""
         return self.start_s + self.curve.stop_s + self.curve.ease_out_s
 
-    def at(self, time_s: float) -> tuple[float, float]:
-        """Return angle [rad] and rate [rad/s] at a time."""
-        tau = time_s - self.start_s
-        angle, rate = self.curve.at(tau)
-        if not self.quadrature:
-            return math.radians(self.direct * angle), math.radians(self.direct * rate)
-        before, after = (self._mixed(tau + d) for d in (-DIFFERENCE_S, DIFFERENCE_S))
-        return math.radians(self._mixed(tau)), math.radians((after - before) / (2.0 * DIFFERENCE_S))
-
-    def _mixed(self, tau: float) -> float:
-        angle, rate = self.curve.at(tau)
-        return self.direct * angle + self.quadrature * rate
+    @property
+    def placed(self) -> PlacedCurve:
+        """The curve for the compiled commands."""
+        period_s = self.curve.stop_s / len(self.curve.cycles)
+        return PlacedCurve(self.axis, self.start_s, self.curve, self.end_s, period_s, self.direct, self.quadrature)
 
 
 def swings_of(train: SineTrain, response: LoopResponse) -> list[Swing]:
@@ -105,8 +105,10 @@ class SwingCommands:
     def __init__(self) -> None:
         self._waiting: list[_Waiting] = []
         self._moving: list[Swing] = []
-        self._last = dict.fromkeys(AXES, (0.0, 0.0))
-        self._resting = set(AXES)
+        self._table = table_of([])
+        self._last = np.array([(0.0, 0.0, 1.0)] * len(AXES))
+        self._rests = True
+        self._which, self._values = np.zeros(len(ORDERS), dtype=int), np.zeros(len(ORDERS))
 
     def add(self, trains: Sequence[SineTrain], response: LoopResponse) -> None:
         """Put trains in the order in which they begin."""
@@ -115,30 +117,78 @@ class SwingCommands:
             self._waiting.append(_Waiting(min(swing.begin_s for swing in swings), train, swings))
         self._waiting.sort(key=lambda waiting: waiting.begin_s)
 
-    def begun(self, time_s: float) -> Iterator[SineTrain]:
-        """Yield each train on the last tick before it begins to rise."""
+    def begun(self, time_s: float) -> list[SineTrain]:
+        """Return the trains whose last tick before they begin to rise this is."""
+        out: list[SineTrain] = []
         while self._waiting and self._waiting[0].begin_s < time_s + TICK_S:
             _, train, swings = self._waiting.pop(0)
-            self._moving += swings
-            yield train
+            self._moving = [swing for swing in self._moving if swing.end_s > time_s] + swings
+            out.append(train)
+        if out:
+            self._table, self._rests = table_of([swing.placed for swing in self._moving]), False
+        return out
 
-    def commands(self, time_s: float) -> Iterator[tuple[str, float]]:
-        """Yield properties and values of the cubics from a tick to the next one; none for an axis at rest."""
-        if not self._moving and len(self._resting) == len(AXES):
-            return
-        self._moving = [swing for swing in self._moving if swing.end_s > time_s]
-        for axis in AXES:
-            swings = [swing for swing in self._moving if swing.axis == axis]
-            angle, rate = self._last[axis]
-            if not swings and axis in self._resting:
-                continue
-            then = [swing.at(time_s + TICK_S) for swing in swings]
-            end, ending = math.fsum(value for value, _ in then), math.fsum(value for _, value in then)
-            moved = end - angle
-            second = 2.0 * (3.0 * moved - (2.0 * rate + ending) * TICK_S) / TICK_S**2
-            third = 6.0 * ((rate + ending) * TICK_S - 2.0 * moved) / TICK_S**3
-            yield from zip(swing_of(axis), (angle, rate, second, third), strict=True)
-            self._last[axis] = end, ending
-            # A cubic that has come to rest is written once more, as zero.
-            at_rest = not swings and angle == rate == end == ending == 0.0
-            (self._resting.add if at_rest else self._resting.discard)(axis)
+    def commands(self, time_s: float) -> list[tuple[str, float]]:
+        """Return properties and values of the cubics from a tick to the next one; none for an axis at rest."""
+        if self._rests:
+            return []
+        count, self._rests = _cubics(*self._table, self._last, time_s, self._which, self._values)
+        which, values = self._which[:count].tolist(), self._values[:count].tolist()
+        return [(ORDERS[number], value) for number, value in zip(which, values, strict=True)]
+
+
+@compiled
+def _cubics(
+    swings: np.ndarray, cycles: np.ndarray, last: np.ndarray, time_s: float, which: np.ndarray, values: np.ndarray
+) -> tuple[int, bool]:
+    """Write numbers and values of ``ORDERS`` from a tick to the next one; return their count and whether all rests.
+
+    Parameters
+    ----------
+    swings, cycles : arrays
+        From ``table_of``; those that are over count no more.
+    last : (3, 3)
+        Angle [rad] and rate [rad/s] that each axis has come to, and whether it rests.
+    time_s : float
+    which, values : (12,)
+    """
+    count, rests = 0, True
+    for axis in range(len(last)):
+        moving, end, ending = False, 0.0, 0.0
+        for swing in swings:
+            if swing.axis == axis and swing.over_s > time_s:
+                moving = True
+                angle, rate = _swing_at(swing, cycles, time_s + TICK_S)
+                end, ending = end + angle, ending + rate
+        rests = rests and not moving
+        if not moving and last[axis, 2] == 1.0:
+            continue
+        angle, rate = last[axis, 0], last[axis, 1]
+        moved = end - angle
+        values[count], values[count + 1] = angle, rate
+        values[count + 2] = 2.0 * (3.0 * moved - (2.0 * rate + ending) * TICK_S) / TICK_S**2
+        values[count + 3] = 6.0 * ((rate + ending) * TICK_S - 2.0 * moved) / TICK_S**3
+        for order in range(4):
+            which[count + order] = 4 * axis + order
+        count += 4
+        # A cubic that has come to rest is written once more, as zero.
+        at_rest = not moving and angle == 0.0 and rate == 0.0 and end == 0.0 and ending == 0.0
+        last[axis, 0], last[axis, 1], last[axis, 2] = end, ending, 1.0 if at_rest else 0.0
+        rests = rests and at_rest
+    return count, rests
+
+
+@compiled
+def _swing_at(swing: np.void, cycles: np.ndarray, time_s: float) -> tuple[float, float]:
+    """Return commanded angle [rad] and rate [rad/s] of a record of ``curves.CURVE`` at a time."""
+    if swing.quadrature == 0.0:
+        angle, rate = value_at(swing, cycles, time_s)
+        return math.radians(swing.direct * angle), math.radians(swing.direct * rate)
+    before, after = (_mixed(swing, cycles, time_s - DIFFERENCE_S), _mixed(swing, cycles, time_s + DIFFERENCE_S))
+    return math.radians(_mixed(swing, cycles, time_s)), math.radians((after - before) / (2.0 * DIFFERENCE_S))
+
+
+@compiled
+def _mixed(swing: np.void, cycles: np.ndarray, time_s: float) -> float:
+    angle, rate = value_at(swing, cycles, time_s)
+    return swing.direct * angle + swing.quadrature * rate

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from magsim.flight.model.autopilot import AXES
 from magsim.flight.path.elements import PathLabel
-from magsim.flight.pilot.cycles import Cycle, TrainCurve, scattered
+from magsim.flight.pilot.cycles import Cycle, PlacedCurve, TrainCurve, scattered
 from magsim.planning import ScheduledOscillation, schedule
 from magsim.scenario import LegPattern, Maneuver, Train
 from magsim.streams import stream
@@ -75,13 +75,23 @@ class SineTrain:
         cycles = self.drawn or (Cycle(self.amplitude_deg, self.period_s),) * self.cycles
         return TrainCurve(cycles, self.ease_in_s, self.ease_out_s)
 
+    @property
+    def over_s(self) -> float:
+        """When it has come to rest [s]."""
+        return self.stop_s + self.ease_out_s
+
+    @property
+    def placed(self) -> PlacedCurve:
+        """The curve that is asked, for the guidance."""
+        return PlacedCurve(self.axis, self.start_s, self.curve, self.over_s, self.period_s)
+
     def angle(self, time_s: float) -> float:
         """Return the angle that is asked at a time [rad]."""
         return math.radians(self.curve.at(time_s - self.start_s)[0])
 
     def over(self, time_s: float) -> bool:
         """Whether it has come to rest."""
-        return time_s >= self.stop_s + self.ease_out_s
+        return time_s >= self.over_s
 
 
 def trains_of_leg(
