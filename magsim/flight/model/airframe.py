@@ -17,7 +17,7 @@ from magsim.flight.model.aero import derivatives, flap_curve, inertia, lift_curv
 from magsim.flight.model.autopilot import system_xml
 from magsim.flight.model.balance import dry_inertia, dry_mass, tanks
 from magsim.flight.model.engines import ENGINE, THRUSTER, engine_files
-from magsim.units import FT, INCH, LB, LBF, SLUG_FT2
+from magsim.units import FT, INCH, LB, SLUG_FT2
 
 SYSTEM, AIR = "survey_autopilot", "air"
 AERO_RATE = "velocities/{}-aero-rad_sec"
@@ -89,10 +89,11 @@ def write_model(
 
 
 def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None, *, turbulent: bool = False) -> str:
-    """Write the airframe: metrics, mass, wheels, engine, aerodynamics, and a rope that pulls on a hook.
+    """Write the airframe: metrics, mass, engine, aerodynamics, and a rope that pulls on a hook.
 
-    Aerodynamic moments refer to a point of the airframe, independent of the center of gravity. The product of inertia
-    is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its negative.
+    It has no wheels for JSBSim: a flight ends where one would touch (``envelope``), and each wheel would cost 3 % of
+    the time. Aerodynamic moments refer to a point of the airframe, independent of the center of gravity. The product
+    of inertia is the integral of x z; without ``negated_crossproduct_inertia="false"`` JSBSim reads its negative.
     """
     geometry = facts.geometry
     moments = inertia(facts)
@@ -121,8 +122,7 @@ def airframe_xml(facts: Facts, name: str, hook_b: Sequence[float] | None = None,
   <emptywt unit="LBS">{dry_mass(facts) / LB!r}</emptywt>
   {_location("CG", facts.dry_cg_b, facts)}
  </mass_balance>
- <ground_reactions>
-{"".join(_wheel_xml(i, wheel.value, facts) for i, wheel in enumerate(geometry.wheels))} </ground_reactions>
+ <ground_reactions/>
  <propulsion>
   <engine file="{ENGINE}">
    <thruster file="{THRUSTER}">
@@ -161,20 +161,6 @@ def _tank_xml(position_b: Sequence[float], fuel_kg: float, capacity_kg: float, f
    {_location("", position_b, facts)}
    <capacity unit="LBS">{capacity_kg / LB!r}</capacity> <contents unit="LBS">{fuel_kg / LB!r}</contents>
   </tank>
-"""
-
-
-def _wheel_xml(index: int, position_b: Sequence[float], facts: Facts) -> str:
-    """Write a wheel that holds a third of the weight at about 0.1 m of travel; only contact matters."""
-    stiffness = facts.mass_kg * 9.81 / 3.0 / 0.1 * FT / LBF
-    return f"""  <contact type="BOGEY" name="wheel {index}">
-   {_location("", position_b, facts)}
-   <static_friction>0.8</static_friction><dynamic_friction>0.5</dynamic_friction>
-   <rolling_friction>0.02</rolling_friction>
-   <spring_coeff unit="LBS/FT">{stiffness!r}</spring_coeff>
-   <damping_coeff unit="LBS/FT/SEC">{0.2 * stiffness!r}</damping_coeff>
-   <max_steer unit="DEG">0</max_steer><brake_group>NONE</brake_group><retractable>0</retractable>
-  </contact>
 """
 
 

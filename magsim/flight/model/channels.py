@@ -26,7 +26,6 @@ CHANNELS: tuple[tuple[str, str, float], ...] = (
     ("airspeed", "velocities/vt-fps", FT),
     ("alpha", "aero/alpha-rad", 1.0),
     ("beta", "aero/beta-rad", 1.0),
-    ("contact", "gear/wow", 1.0),
     ("throttle", "fcs/throttle-pos-norm", 1.0),
     ("wind_north", "atmosphere/total-wind-north-fps", FT),
     ("wind_east", "atmosphere/total-wind-east-fps", FT),
@@ -47,9 +46,6 @@ COLUMN = {name: i for i, (name, _, _) in enumerate(CHANNELS)}
 
 MOTION = ("lat", "lon", "v_north", "v_east", "v_down", "heading", "airspeed")
 """Quantities that guidance reads on every tick."""
-
-MOTION_COLUMNS = tuple((COLUMN[name], CHANNELS[COLUMN[name]][2]) for name in MOTION)
-"""Column and factor to SI of each quantity of ``MOTION``."""
 
 
 class CarrierState(NamedTuple):

@@ -5,21 +5,30 @@ interpreter lock while it steps, so threads gain nothing; processes do.
 """
 
 import math
+import struct
 from collections.abc import Callable
 from typing import Protocol
 
 import jsbsim
+import numpy as np
 
 from magsim.aircraft.facts import Facts
 from magsim.errors import DataError
 from magsim.flight.model.airframe import PULLS
 from magsim.flight.model.autopilot import INPUTS
-from magsim.flight.model.channels import CHANNELS, COLUMN, MOTION_COLUMNS, STATE_COLUMNS, WITHOUT, CarrierState
+from magsim.flight.model.channels import CHANNELS, COLUMN, STATE_COLUMNS, WITHOUT, CarrierState
+from magsim.flight.model.envelope import TROUBLES, first_outside, limits_of
 from magsim.flight.model.instance import node_of
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.start import start
 from magsim.flight.model.turbulence import TurbulenceFeed
 from magsim.units import FT, LB, LBF
+
+ROWS_AT_ONCE = 60_000
+"""The log begins with room for so many rows, and gets as many more when it is full."""
+
+ROW = struct.Struct(f"{len(CHANNELS)}d")
+"""A row in memory."""
 
 
 class HookLoad(Protocol):
@@ -46,10 +55,10 @@ class Plant:
 
     Attributes
     ----------
-    row : list of float
-        The last logged row in the order of ``CHANNELS``, as JSBSim gives it; times ``TO_SI`` it is SI.
-    time_s : float
-        Time since the plant's start.
+    rows : (n, c)
+        Room for the log: a column for each of ``CHANNELS``, as JSBSim gives it; times ``TO_SI`` it is SI.
+    last : int
+        Number of the last logged row; row 0 is the start.
     """
 
     def __init__(self, facts: Facts, setup: PlantSetup, coupled: HookLoad | None = None) -> None:
@@ -60,11 +69,14 @@ class Plant:
         manager = self._fdm.get_property_manager()
         self._readers = [_reader(manager, name) for _, name, _ in CHANNELS]
         self._writers = {name: node_of(manager, name).set_double_value for name in (*INPUTS, *setup.weather.inputs)}
-        self._outside = _envelope(facts)
+        self._limits = limits_of(facts)
         self._set_ground = node_of(manager, "position/terrain-elevation-asl-ft").set_double_value
-        self._floor_ft = setup.ground_m / FT
+        self._fuel = node_of(manager, "propulsion/total-fuel-lbs").get_double_value
+        self._ground_m = setup.ground_m
         self._clock_s = self._fdm["simulation/sim-time-sec"]
-        self.row: list[float] = [read() for read in self._readers]
+        self.rows = np.zeros((ROWS_AT_ONCE, len(CHANNELS)))
+        self.rows[0] = [read() for read in self._readers]
+        self.last = 0
         strength = setup.weather.turbulence
         self._turbulence = None if strength is None else TurbulenceFeed(self._fdm, facts, setup, strength)
         self._coupled = coupled
@@ -84,26 +96,39 @@ class Plant:
         """The same moment on JSBSim's clock [s]."""
         return self._clock_s + self.time_s
 
-    def run(self, steps: int) -> list[float]:
-        """Fly a number of steps and log a row; returns ``row``.
+    @property
+    def row(self) -> list[float]:
+        """The last logged row."""
+        return self.rows[self.last].tolist()
+
+    def run(self, steps: int, rows: int = 1) -> list[float]:
+        """Fly some times a number of steps, and log a row after each time; return the last one.
 
         Raises
         ------
         DataError
             If the flight has diverged, touched the ground or left the flight model's envelope.
         """
-        run = self._run
-        if self._coupled is None and self._turbulence is None:
-            for _ in range(steps):
-                run()
-        else:
-            for _ in range(steps):
-                self._step()
-        self._steps += steps
-        self.row = row = [read() for read in self._readers]
-        trouble = self._outside(row, self._floor_ft)
+        if self.last + rows >= len(self.rows):
+            self.rows = np.concatenate([self.rows, np.zeros_like(self.rows)])
+        run, readers, pack = self._run, self._readers, ROW.pack_into
+        alone = self._coupled is None and self._turbulence is None
+        table, first = memoryview(self.rows).cast("B"), self.last + 1
+        for number in range(first, first + rows):
+            if alone:
+                for _ in range(steps):
+                    run()
+            else:
+                for _ in range(steps):
+                    self._step()
+            row = [read() for read in readers]
+            pack(table, number * ROW.size, *row)
+        self.last += rows
+        bad, trouble = first_outside(self.rows, first, self.last, *self._limits, self._ground_m)
+        self._steps += steps * (bad - first + 1)
         if trouble:
-            raise FlightTroubleError(trouble, row, self.time_s)
+            self.last = bad
+            raise FlightTroubleError(TROUBLES[trouble], self.row, self.time_s)
         return row
 
     def _step(self) -> None:
@@ -126,31 +151,25 @@ class Plant:
     def _pull(self, force_n: tuple[float, float, float]) -> None:
         """Set the pull on the hook in the next step."""
         if not math.isfinite(sum(force_n)):
-            self.row = [read() for read in self._readers]
+            row = [read() for read in self._readers]
             trouble = "lost the motion of its bird (allowed: a larger flight.step_hz, fewer links, a heavier rope)"
-            raise FlightTroubleError(trouble, self.row, self.time_s)
+            raise FlightTroubleError(trouble, row, self.time_s)
         for write, force in zip(self._pulls, force_n, strict=True):
             write(force / LBF)
 
     def ground(self, height_m: float) -> None:
         """Set the height of the ground below the aircraft, above the ellipsoid."""
-        self._floor_ft = height_m / FT
-        self._set_ground(self._floor_ft)
+        self._ground_m = height_m
+        self._set_ground(height_m / FT)
 
     def value(self, name: str) -> float:
         """Return a quantity of the last row, in SI units."""
-        index = COLUMN[name]
-        return self.row[index] * CHANNELS[index][2]
-
-    def motion(self) -> tuple[float, ...]:
-        """Return the quantities of ``MOTION`` of the last row, in SI units."""
-        row = self.row
-        return tuple([row[index] * factor for index, factor in MOTION_COLUMNS])
+        return float(self.rows[self.last, COLUMN[name]]) * CHANNELS[COLUMN[name]][2]
 
     @property
     def fuel_kg(self) -> float:
         """Fuel in the tanks."""
-        return float(self._fdm["propulsion/total-fuel-lbs"]) * LB
+        return self._fuel() * LB
 
     def command(self, name: str, value: float) -> None:
         """Write a command or set point of the autopilot."""
@@ -179,26 +198,3 @@ def _reader(manager: jsbsim.FGPropertyManager, name: str) -> Callable[[], float]
     if name in WITHOUT and manager.get_node(name) is None:
         return float
     return node_of(manager, name).get_double_value
-
-
-def _envelope(facts: Facts) -> Callable[[list[float], float], str]:
-    """Return the check of a row over a ground of some height [ft]: it describes what is wrong, or is empty."""
-    limits = facts.limits
-    alpha_low, alpha_high = (math.radians(v) for v in limits.angle_of_attack.value)
-    beta, bank, pitch = (math.radians(v.value) for v in (limits.sideslip, limits.bank, limits.pitch))
-    i_alpha, i_beta, i_roll, i_pitch = (COLUMN[n] for n in ("alpha", "beta", "roll", "pitch"))
-    i_alt, i_contact = COLUMN["alt"], COLUMN["contact"]
-
-    def outside(row: list[float], floor: float) -> str:
-        # Comparisons are written so that a NaN fails them.
-        if not math.isfinite(sum(row)):
-            return "diverged (not a number)"
-        if not (row[i_alt] > floor and row[i_contact] == 0.0):
-            return "touched the ground"
-        if not alpha_low < row[i_alpha] < alpha_high:
-            return "stalled"
-        if not (abs(row[i_beta]) < beta and abs(row[i_roll]) < bank and abs(row[i_pitch]) < pitch):
-            return "diverged"
-        return ""
-
-    return outside

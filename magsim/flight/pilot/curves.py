@@ -26,8 +26,8 @@ CURVE = np.dtype(
         ("last", "i8"),
     ]
 )
-"""A curve in time: its axis (a number of ``AXES``), beginning of the first cycle, length of the cycles, easings, when it
-is over, mean period, factors of the curve and of its derivative, and the rows of its cycles."""
+"""A curve in time: its axis (a number of ``AXES``), beginning of the first cycle, length of the cycles, easings, when
+it is over, mean period, factors of the curve and of its derivative, and the rows of its cycles."""
 
 
 @compiled

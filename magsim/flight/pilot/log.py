@@ -27,8 +27,8 @@ class Log:
 
     def cut(self, start_s: float, stop_s: float, zero_s: float) -> "Log":
         """Return the rows from start to stop, with the time counted from ``zero_s``."""
-        rows = (self.time_s >= start_s - 1e-9) & (self.time_s <= stop_s + 1e-9)
-        return Log(self.time_s[rows] - zero_s, self.table[rows])
+        first, last = np.searchsorted(self.time_s, (start_s - 1e-9, stop_s + 1e-9))
+        return Log(self.time_s[first:last] - zero_s, self.table[first:last])
 
     def trajectory(self, cg_b: Sequence[float]) -> Trajectory:
         """Return the motion of the center of gravity."""

@@ -1,7 +1,6 @@
 """One run of a plant along a path: guidance ten times a second, scheduled maneuvers, a log of every row."""
 
 import math
-import struct
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import accumulate
@@ -13,7 +12,7 @@ from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.flight.model.aero import bank_below_stall
 from magsim.flight.model.autopilot import RAMP_START, RAMPED
-from magsim.flight.model.channels import CHANNELS, TO_SI
+from magsim.flight.model.channels import TO_SI
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.turbulence import NODE_HZ
@@ -27,7 +26,7 @@ from magsim.flight.pilot.flaps import FlapSchedule
 from magsim.flight.pilot.guidance import Crossing, Guidance
 from magsim.flight.pilot.gusts import GustSchedule
 from magsim.flight.pilot.log import Log
-from magsim.flight.pilot.monitor import FlightMonitor
+from magsim.flight.pilot.monitor import WATCHED, FlightMonitor
 from magsim.flight.pilot.response import LoopResponse
 from magsim.flight.pilot.steering import TICK_HZ, wrap
 from magsim.flight.pilot.swings import SwingCommands
@@ -47,14 +46,6 @@ LIFT_PART = 0.9
 
 ENTRY_S = 10.0
 """So long before the path is entered the time of the first row is predicted."""
-
-
-ROWS_AT_ONCE = 60_000
-"""The log begins with room for so many rows, and gets as many more when it is full."""
-
-
-ROW = struct.Struct(f"{len(CHANNELS)}d")
-"""A row of the plant in memory."""
 
 
 AHEAD_TICKS = 10
@@ -134,18 +125,16 @@ class Pilot:
         self._swings = SwingCommands()
         self._swings.add(trains, response[0])
         self._flying: list[SineTrain] = []
-        self._flown = table_of([])
+        self._flown, self._over_s = table_of([]), math.inf
         self.path: Sequence[Element] = path
         self._plane, self._parts, self._setup = plane, tuple(parts), setup
         self._responses = tuple(response)
         self.log_hz = log_hz
         self._steps_per_row = setup.step_hz // log_hz
-        self._rows = np.empty((ROWS_AT_ONCE, len(CHANNELS)))
-        self._rows[0] = self.plant.row
-        self._last = self._seen = 0
-        self._seed = seed
+        self._seen, self._seed = 0, seed
         self._targets = np.zeros((len(RAMPED), 2))
         self._which, self._values = np.zeros(len(ORDERS), dtype=int), np.zeros(len(ORDERS))
+        self._watched = np.zeros(0, WATCHED) if monitor is None else monitor.watched
         self._monitor, self._gusts = monitor, GustSchedule(setup.weather)
         self.flaps = FlapSchedule(flaps)
         memory = self.guidance.memory
@@ -155,20 +144,14 @@ class Pilot:
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
         """Fly until ``done`` returns true; ``tick`` is called after every tick of the guidance."""
         rows_per_tick = self.log_hz // TICK_HZ
-        run, steps, pack = self.plant.run, self._steps_per_row, ROW.pack_into
+        plant, steps = self.plant, self._steps_per_row
         self._guide()
         while not done(self):
-            if self._last + rows_per_tick >= len(self._rows):
-                self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
-            place, table = self._last * ROW.size, memoryview(self._rows).cast("B")
-            for _ in range(rows_per_tick):
-                place += ROW.size
-                pack(table, place, *run(steps))
-            self._last += rows_per_tick
+            plant.run(steps, rows_per_tick)
             self._guide()
             if tick is not None:
                 tick(self)
-        table = self._rows[: self._last + 1] * TO_SI
+        table = plant.rows[: plant.last + 1] * TO_SI
         return Log(np.arange(len(table)) / self.log_hz, table)
 
     @property
@@ -184,7 +167,7 @@ class Pilot:
                 self._below = self._look_ahead(self._ground)
             plant.ground(self._below.pop())
         self._choose_trains(time)
-        count, crossed, self._finished_s, index, along_m, off_m, speed = ticks.tick(
+        count, stuck, crossed, self._finished_s, index, along_m, off_m, speed = ticks.tick(
             guidance.memory,
             guidance.elements,
             guidance.points,
@@ -192,17 +175,17 @@ class Pilot:
             self._plane.table,
             *self._flown,
             self._targets,
-            self._rows,
-            self._last,
+            self._watched,
+            plant.rows,
+            plant.last,
             time,
             self._which,
             self._values,
         )
         if self._monitor is not None:
-            trouble = self._monitor.controls(plant.row) or (
-                self._monitor.line(self.path[index], off_m) if crossed else ""
-            )
-            if trouble:
+            trouble = self._monitor.line(self.path[index], off_m) if crossed else ""
+            if stuck >= 0 or trouble:
+                trouble = self._monitor.stuck(stuck, plant.row) if stuck >= 0 else trouble
                 raise FlightTroubleError(trouble, plant.row, time)
         if crossed > self._seen:
             self._plan_legs(guidance.crossings)
@@ -225,8 +208,9 @@ class Pilot:
     def _choose_trains(self, time_s: float) -> None:
         """Keep the trains that are flown at a time, with those that begin."""
         begun = self._swings.begun(time_s)
-        if begun or any(train.over(time_s) for train in self._flying):
+        if begun or time_s >= self._over_s:
             self._flying = [train for train in self._flying if not train.over(time_s)] + begun
+            self._over_s = min((train.over_s for train in self._flying), default=math.inf)
             self._flown = table_of([train.placed for train in self._flying])
 
     def _climb(self, heights: HeightPlan, time_s: float, along_m: float, speed: float, count: int) -> int:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -77,9 +78,14 @@ class LoopResponse:
 
     def at(self, axis: str, period_s: float) -> tuple[float, float]:
         """Return gain and phase [rad] at a period, by cubic splines over its logarithm."""
-        x = np.log(self.period_s)
         at = math.log(min(max(period_s, self.period_s[0]), self.period_s[-1]))
-        return float(CubicSpline(x, self.gain[axis])(at)), float(CubicSpline(x, self.phase[axis])(at))
+        gain, phase = self._splines[axis](at).tolist()
+        return gain, phase
+
+    @cached_property
+    def _splines(self) -> dict[str, CubicSpline]:
+        x = np.log(self.period_s)
+        return {axis: CubicSpline(x, np.stack([self.gain[axis], self.phase[axis]], axis=-1)) for axis in self.gain}
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return plain arrays for the cache."""

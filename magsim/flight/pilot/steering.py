@@ -182,10 +182,10 @@ def steer(
 @compiled
 def _flown(trains: np.ndarray, axis: int) -> bool:
     """Whether a train of an axis is flown."""
+    flown = False
     for train in trains:
-        if train.axis == axis:
-            return True
-    return False
+        flown = flown or train.axis == axis
+    return flown
 
 
 @compiled

@@ -7,6 +7,7 @@ import numpy as np
 from magsim.flight.model.autopilot import RAMPED, rate_of
 from magsim.flight.model.channels import CHANNELS, COLUMN, MOTION
 from magsim.flight.path.plane import motion_in_plane
+from magsim.flight.pilot.monitor import first_stuck
 from magsim.flight.pilot.steering import TICK_HZ, share_of, steer, wrap
 from magsim.storage.compiled import compiled
 
@@ -33,12 +34,13 @@ def tick(
     trains: np.ndarray,
     cycles: np.ndarray,
     targets: np.ndarray,
+    watched: np.ndarray,
     rows: np.ndarray,
     last: int,
     time_s: float,
     which: np.ndarray,
     values: np.ndarray,
-) -> tuple[int, int, float, int, float, float, float]:
+) -> tuple[int, int, int, float, int, float, float, float]:
     """Steer, and write what the set points do until the next tick.
 
     Parameters
@@ -52,6 +54,8 @@ def tick(
         Trains that are flown, from ``cycles.table_of``.
     targets : (7, 2)
         Where each of ``RAMPED`` is going; 0 while it has not been set, 1 at rest, 2 moving.
+    watched : (k,) of monitor.WATCHED
+        Controls that end the flight where they are stuck.
     rows : (n, c)
         Of the plant, in its units.
     last : int
@@ -64,6 +68,8 @@ def tick(
     -------
     count : int
         Of the orders.
+    stuck : int
+        Number of a control that has been at its stop for too long, -1 if none has.
     crossed : int
         Number of elements that have been entered.
     finished_s : float
@@ -100,7 +106,16 @@ def tick(
     count = move(targets, HOLD_HEADING, share_of(m.heading), which, values, count)
     count = move(targets, HOLD_YAW, share_of(m.yaw), which, values, count)
     count = move(targets, HOLD_HEIGHT, share_of(m.height), which, values, count)
-    return count, m.crossed, m.finished_s, m.index, m.along_m, m.off_m, math.hypot(to_north, to_east)
+    return (
+        count,
+        first_stuck(watched, row),
+        m.crossed,
+        m.finished_s,
+        m.index,
+        m.along_m,
+        m.off_m,
+        math.hypot(to_north, to_east),
+    )
 
 
 @compiled
