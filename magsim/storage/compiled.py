@@ -11,7 +11,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
 
@@ -23,6 +23,9 @@ KEEP = 40
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+Record: TypeAlias = Any
+"""A record of a structured array, whose fields are attributes in compiled functions."""
+
 
 def compiled(function: F) -> F:
     """Compile a function of plain numbers and arrays by numba when it is first called; a decorator.
@@ -32,21 +35,22 @@ def compiled(function: F) -> F:
     """
     with _own_locator():
         try:
-            return numba.njit(cache=True, error_model="numpy")(function)
+            return cast(F, numba.njit(cache=True, error_model="numpy")(function))
         except RuntimeError:
             # numba found no folder that it can write to
-            return numba.njit(error_model="numpy")(function)
+            return cast(F, numba.njit(error_model="numpy")(function))
 
 
 @contextlib.contextmanager
 def _own_locator() -> Iterator[None]:
     """Let numba ask ``SourcesLocator`` where a function is cached (its setting ``NUMBA_CACHE_LOCATOR_CLASSES``)."""
-    before = numba.config.CACHE_LOCATOR_CLASSES
-    numba.config.CACHE_LOCATOR_CLASSES = f"{__name__}.SourcesLocator"
+    settings: Any = numba.config
+    before = getattr(settings, "CACHE_LOCATOR_CLASSES", "")
+    settings.CACHE_LOCATOR_CLASSES = f"{__name__}.SourcesLocator"
     try:
         yield
     finally:
-        numba.config.CACHE_LOCATOR_CLASSES = before
+        settings.CACHE_LOCATOR_CLASSES = before
 
 
 class SourcesLocator:

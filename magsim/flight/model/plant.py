@@ -113,7 +113,7 @@ class Plant:
             self.rows = np.concatenate([self.rows, np.zeros_like(self.rows)])
         run, readers, pack = self._run, self._readers, ROW.pack_into
         alone = self._coupled is None and self._turbulence is None
-        table, first = memoryview(self.rows).cast("B"), self.last + 1
+        table, first = self.rows.data.cast("B"), self.last + 1
         for number in range(first, first + rows):
             if alone:
                 for _ in range(steps):

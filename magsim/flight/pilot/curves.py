@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from magsim.storage.compiled import compiled
+from magsim.storage.compiled import Record, compiled
 
 QUARTER = 0.5 * math.pi
 NEWTON_RAD = 1e-10
@@ -31,7 +31,7 @@ it is over, mean period, factors of the curve and of its derivative, and the row
 
 
 @compiled
-def value_at(curve: np.void, cycles: np.ndarray, time_s: float) -> tuple[float, float]:
+def value_at(curve: Record, cycles: np.ndarray, time_s: float) -> tuple[float, float]:
     """Return angle [deg] and rate [deg/s] of a record of CURVE at a time of the flight."""
     own = cycles[curve.first : curve.last]
     return curve_at(own, curve.stop_s, curve.ease_in_s, curve.ease_out_s, time_s - curve.start_s)

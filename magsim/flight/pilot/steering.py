@@ -16,7 +16,7 @@ import numpy as np
 from magsim.flight.path.turns import curvature_at, point_at
 from magsim.flight.path.wind import crab_heading
 from magsim.flight.pilot.curves import value_at
-from magsim.storage.compiled import compiled
+from magsim.storage.compiled import Record, compiled
 from magsim.units import G0
 
 TICK_HZ = 10
@@ -124,7 +124,7 @@ def _settled(held: float, goal: float) -> float:
 
 @compiled
 def steer(
-    m: np.void,
+    m: Record,
     path: tuple[np.ndarray, np.ndarray, np.ndarray],
     trains: np.ndarray,
     cycles: np.ndarray,
@@ -189,7 +189,7 @@ def _flown(trains: np.ndarray, axis: int) -> bool:
 
 
 @compiled
-def _free_heading(m: np.void, speed: float, airspeed: float, own_heading: float, course: float, lead: float) -> float:
+def _free_heading(m: Record, speed: float, airspeed: float, own_heading: float, course: float, lead: float) -> float:
     """Return the heading [rad] of the next tick that leads back to the path.
 
     It is the heading flown and what the course lacks. On the straights of a flight in gusts it is that of the
@@ -205,7 +205,7 @@ def _free_heading(m: np.void, speed: float, airspeed: float, own_heading: float,
 
 
 @compiled
-def _steer_quietly(m: np.void, trains: np.ndarray, speed: float, airspeed: float, course: float) -> None:
+def _steer_quietly(m: Record, trains: np.ndarray, speed: float, airspeed: float, course: float) -> None:
     """Set the bank of the course loop during a roll train: slow beside the train, blind to the course it makes."""
     gain = QUIET_GAIN * m.course_gain
     for train in trains:
@@ -217,7 +217,7 @@ def _steer_quietly(m: np.void, trains: np.ndarray, speed: float, airspeed: float
 
 
 @compiled
-def _hold_yaw(m: np.void, trains: np.ndarray, speed: float, airspeed: float, course: float, time_s: float) -> None:
+def _hold_yaw(m: Record, trains: np.ndarray, speed: float, airspeed: float, course: float, time_s: float) -> None:
     """Set the heading of a yaw train: that of the course that comes back to the line by the end of the trains."""
     if not m.aimed:
         lasts_s = m.line_s
@@ -232,7 +232,7 @@ def _hold_yaw(m: np.void, trains: np.ndarray, speed: float, airspeed: float, cou
 
 
 @compiled
-def _estimate_wind(m: np.void, motion: tuple[float, float, float, float, float, float, float]) -> None:
+def _estimate_wind(m: Record, motion: tuple[float, float, float, float, float, float, float]) -> None:
     """Estimate the wind as the smoothed difference of ground and air velocity, where no maneuver is flown."""
     _, _, v_north, v_east, heading, airspeed, _ = motion
     north, east = v_north - airspeed * math.cos(heading), v_east - airspeed * math.sin(heading)
@@ -244,9 +244,7 @@ def _estimate_wind(m: np.void, motion: tuple[float, float, float, float, float, 
 
 
 @compiled
-def _follow_roll(
-    m: np.void, trains: np.ndarray, cycles: np.ndarray, time_s: float, speed: float, lifted: float
-) -> None:
+def _follow_roll(m: Record, trains: np.ndarray, cycles: np.ndarray, time_s: float, speed: float, lifted: float) -> None:
     """Integrate course and distance from the path that a roll train causes: turn rate g tan(bank) / V.
 
     ``lifted`` is the acceleration that the lift supports: g, plus the vertical acceleration of a pitch train.
@@ -267,7 +265,7 @@ def _follow_roll(
 
 @compiled
 def _advance(
-    m: np.void,
+    m: Record,
     path: tuple[np.ndarray, np.ndarray, np.ndarray],
     time_s: float,
     motion: tuple[float, float, float, float, float, float, float],
@@ -302,14 +300,14 @@ def _advance(
 
 
 @compiled
-def _course_error(m: np.void, speed: float, course: float, line_s: float) -> float:
+def _course_error(m: Record, speed: float, course: float, line_s: float) -> float:
     """Return the turn [rad] to the course that closes the distance from the path in a time."""
     back = math.atan((m.off_m - m.roll_off_m) / (speed * line_s))
     return wrap(m.course - max(-m.intercept, min(m.intercept, back)) - course)
 
 
 @compiled
-def _lead_bank(m: np.void, elements: np.ndarray, speed: float, course: float, own_heading: float) -> float:
+def _lead_bank(m: Record, elements: np.ndarray, speed: float, course: float, own_heading: float) -> float:
     """Return the bank of the next tick for the curvature one roll delay ahead of it.
 
     It is ``V_ground^2 / (R g)`` over the cosine of the crab.

@@ -18,7 +18,7 @@ from magsim.flight.pilot.cycles import Cycle, PlacedCurve, TrainCurve, table_of
 from magsim.flight.pilot.response import FED, LoopResponse
 from magsim.flight.pilot.steering import TICK_HZ
 from magsim.flight.pilot.trains import SineTrain
-from magsim.storage.compiled import compiled
+from magsim.storage.compiled import Record, compiled
 
 ORDERS = tuple(name for axis in AXES for name in swing_of(axis))
 """The properties of all swings."""
@@ -179,7 +179,7 @@ def _cubics(
 
 
 @compiled
-def _swing_at(swing: np.void, cycles: np.ndarray, time_s: float) -> tuple[float, float]:
+def _swing_at(swing: Record, cycles: np.ndarray, time_s: float) -> tuple[float, float]:
     """Return commanded angle [rad] and rate [rad/s] of a record of ``curves.CURVE`` at a time."""
     if swing.quadrature == 0.0:
         angle, rate = value_at(swing, cycles, time_s)
@@ -189,6 +189,6 @@ def _swing_at(swing: np.void, cycles: np.ndarray, time_s: float) -> tuple[float,
 
 
 @compiled
-def _mixed(swing: np.void, cycles: np.ndarray, time_s: float) -> float:
+def _mixed(swing: Record, cycles: np.ndarray, time_s: float) -> float:
     angle, rate = value_at(swing, cycles, time_s)
     return swing.direct * angle + swing.quadrature * rate

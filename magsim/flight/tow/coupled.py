@@ -5,7 +5,6 @@ from array import array
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.gravity import SPIN_RADPS, gravity_n
@@ -16,6 +15,7 @@ from magsim.flight.tow.equilibrium import Equilibrium, hanging_state
 from magsim.flight.tow.hook import GUST_HZ, gust_knots
 from magsim.flight.tow.motion import BirdMotion
 from magsim.scenario import Gusts
+from magsim.storage.compiled import compiled
 
 RAMP_S = 10.0
 """The carrier is trimmed without a rope; the pull rises to its full value over this time."""
@@ -142,7 +142,7 @@ class CoupledChain:
         )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _hook(state: np.ndarray, arm_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the velocity of the hook along Earth-fixed axes, and the rotation from these to north, east, down."""
     lat, lon = state[0], state[1]

@@ -21,17 +21,15 @@ in any batch.
 import math
 
 import numpy as np
-from numba import njit
 
 from magsim.flight.tow.chain import Chain, ChainConstants
+from magsim.storage.compiled import compiled
 
 GAMMA = 6.0
 """Baumgarte's constant [1/s]: an error of a link's length dies away as (1 + gamma t) exp(-gamma t)."""
 
-_compiled = njit(cache=True, error_model="numpy")
 
-
-@_compiled
+@compiled
 def body_loads(
     chain: ChainConstants, ux: float, uy: float, uz: float, p: float, q: float, r: float, density: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -65,7 +63,7 @@ def body_loads(
     )
 
 
-@_compiled
+@compiled
 def rotation(quaternion: np.ndarray) -> np.ndarray:
     """Return the matrix (3, 3) from the body's axes to the common ones, of a unit quaternion (w, x, y, z)."""
     w, x, y, z = quaternion
@@ -76,7 +74,7 @@ def rotation(quaternion: np.ndarray) -> np.ndarray:
     return out
 
 
-@_compiled
+@compiled
 def node_motion(chain: ChainConstants, state: np.ndarray, place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Fill places and velocities of all nodes, (N + 1, 3); return the body's rotation."""
     n = chain.links
@@ -97,7 +95,7 @@ def node_motion(chain: ChainConstants, state: np.ndarray, place: np.ndarray, vel
     return rot
 
 
-@_compiled
+@compiled
 def link_loads(
     chain: ChainConstants,
     air: np.ndarray,
@@ -129,7 +127,7 @@ def link_loads(
             drag[i, c] = normal * drag[i, c] + tangential * along[i, c]
 
 
-@_compiled
+@compiled
 def state_derivative(
     chain: ChainConstants, state: np.ndarray, air: np.ndarray, slope: np.ndarray, tension: np.ndarray
 ) -> None:
@@ -219,7 +217,7 @@ def state_derivative(
     slope[body + 12] = 0.5 * (w * r + x * q - y * p)
 
 
-@_compiled
+@compiled
 def solve_tridiagonal(diagonal: np.ndarray, off: np.ndarray, wanted: np.ndarray) -> None:
     """Solve a symmetric tridiagonal system in place, by elimination without pivoting (Thomas).
 
@@ -235,7 +233,7 @@ def solve_tridiagonal(diagonal: np.ndarray, off: np.ndarray, wanted: np.ndarray)
         wanted[i] = (wanted[i] - off[i + 1] * wanted[i + 1]) / diagonal[i]
 
 
-@_compiled
+@compiled
 def advance(chain: ChainConstants, state: np.ndarray, table: np.ndarray, step_s: float, logged: np.ndarray) -> None:
     """Advance a state by steps of the classical Runge-Kutta method of fourth order, in place.
 
@@ -271,7 +269,7 @@ def advance(chain: ChainConstants, state: np.ndarray, table: np.ndarray, step_s:
             state[j] /= math.sqrt(square)
 
 
-@_compiled
+@compiled
 def pull_on_hook(chain: ChainConstants, state: np.ndarray, air: np.ndarray) -> np.ndarray:
     """Return the force of the rope on the hook, (3,) [N]: pull of the first link, half of its drag and of its mass."""
     n = chain.links
