@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import jsbsim
@@ -20,8 +20,9 @@ from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.combined import calibrate_maneuver, drives_from_arrays, drives_to_arrays
 from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.measure import measure, middle_of
+from magsim.flight.pilot.nodes import HEIGHTS_M, Arrays, Parts, between_nodes, mean
 from magsim.flight.pilot.pilot import Pilot
-from magsim.flight.pilot.response import BOUNDS, UNITY, LoopResponse
+from magsim.flight.pilot.response import BOUNDS, UNITY, LoopResponse, mixed_responses
 from magsim.flight.pilot.trains import ManeuverKey, SineTrain
 from magsim.storage import cached
 from magsim.trajectory import Trajectory
@@ -77,10 +78,6 @@ SLOW_PITCH_S = 10.0
 """Slower pitch oscillations change the airspeed and do not respond in proportion either."""
 
 
-LOWEST_M = 500.0
-"""Lower flights are calibrated here, clear of the ground; the density differs by a twentieth at most."""
-
-
 def loop_response(facts: Facts, axes: Sequence[str], setup: PlantSetup) -> LoopResponse:
     """Return the response of the loops on some axes, from the cache if it was measured before.
 
@@ -90,49 +87,94 @@ def loop_response(facts: Facts, axes: Sequence[str], setup: PlantSetup) -> LoopR
     axes : sequence of str
         Which of pitch, roll, yaw.
     setup : PlantSetup
-        Speed, height, flaps and step rate of the flight; its wind and its place do not matter.
+        Speed, height, flaps and step rate of the flight; its wind and its place do not matter. It is measured at the
+        nodes around speed and height (``nodes``).
 
     Raises
     ------
     DataError
         If the aircraft cannot fly the calibration's maneuvers there.
     """
-    setup = _bare(setup)
-    common = _key(facts, setup)
-    arrays: dict[str, np.ndarray] = {}
+    model, arrays = _model_key(facts), dict[str, np.ndarray]()
     for axis in axes:
 
-        def make(axis: str = axis) -> dict[str, np.ndarray]:
-            return measure_response(facts, axis, setup).arrays()
+        def measured(at: PlantSetup, axis: str = axis) -> Arrays:
+            return measure_response(facts, axis, at).arrays()
 
-        arrays |= cached("loops", common | {"axis": axis}, make)
+        own = model | {"axis": axis}
+        arrays |= _calibrated("loops", own, facts, _bare(setup), measured=measured, mixed=mixed_responses)
     return LoopResponse.from_arrays(arrays)
 
 
 def calibrate_maneuvers(
     facts: Facts, setup: PlantSetup, response: LoopResponse, maneuvers: Sequence[ManeuverKey]
 ) -> LoopResponse:
-    """Add the drives of maneuvers with a calibration of their own, from the cache if they are stored.
+    """Add the drives of maneuvers with a calibration of their own to a response, from the cache if they are stored.
 
     Raises
     ------
     RequestError
         If a maneuver cannot be flown as commanded.
     """
-    setup = _bare(setup)
-    common = _key(facts, setup)
-
-    def flown(trains: Sequence[SineTrain], response: LoopResponse, stop_s: float) -> Trajectory:
-        return _fly(facts, setup, trains, response, stop_s).trajectory(facts.cg_b)
-
-    drives = {}
+    model, drives = _model_key(facts), {}
     for maneuver in maneuvers:
 
-        def calibrate(maneuver: ManeuverKey = maneuver) -> dict[str, np.ndarray]:
-            return drives_to_arrays(calibrate_maneuver(maneuver, response, flown))
+        def measured(at: PlantSetup, maneuver: ManeuverKey = maneuver) -> Arrays:
+            def flown(trains: Sequence[SineTrain], response: LoopResponse, stop_s: float) -> Trajectory:
+                return _fly(facts, at, trains, response, stop_s).trajectory(facts.cg_b)
 
-        drives[maneuver] = drives_from_arrays(cached("maneuvers", common | {"maneuver": maneuver}, calibrate))
+            alone = loop_response(facts, [axis.axis for axis in maneuver], at)
+            return drives_to_arrays(calibrate_maneuver(maneuver, alone, flown))
+
+        own = model | {"maneuver": maneuver}
+        drives[maneuver] = drives_from_arrays(
+            _calibrated("maneuvers", own, facts, _bare(setup), measured=measured, mixed=mean)
+        )
     return replace(response, maneuvers=drives)
+
+
+def _calibrated(
+    kind: str,
+    own: dict[str, object],
+    facts: Facts,
+    setup: PlantSetup,
+    *,
+    measured: Callable[[PlantSetup], Arrays],
+    mixed: Callable[[Parts], Arrays],
+) -> Arrays:
+    """Return a calibration at a speed and a height, from the cache where it is there.
+
+    Parameters
+    ----------
+    kind : str
+        Folder of the cache.
+    own : dict
+        What it depends on beside the setup.
+    facts : Facts
+    setup : PlantSetup
+    measured : callable
+        Measures it.
+    mixed : callable
+        The mean of several.
+
+    Raises
+    ------
+    DataError, RequestError
+        If the aircraft cannot fly it there.
+    """
+
+    def stored(at: PlantSetup) -> Arrays:
+        def attempt() -> Arrays:
+            try:
+                return measured(at)
+            except (DataError, RequestError):
+                return {}
+
+        where = {name: getattr(at, name) for name in ("speed_mps", "alt_m", "step_hz", "flap_rad")}
+        return cached(kind, own | where, attempt)
+
+    # measured again, for what is wrong to be raised
+    return between_nodes(facts, setup, stored, mixed) or measured(setup)
 
 
 def _bare(setup: PlantSetup) -> PlantSetup:
@@ -140,7 +182,7 @@ def _bare(setup: PlantSetup) -> PlantSetup:
     return PlantSetup(
         lat_rad=0.0,
         lon_rad=0.0,
-        alt_m=max(setup.alt_m, LOWEST_M),
+        alt_m=max(setup.alt_m, HEIGHTS_M[0]),
         course=0.0,
         speed_mps=setup.speed_mps,
         step_hz=setup.step_hz,
@@ -148,16 +190,10 @@ def _bare(setup: PlantSetup) -> PlantSetup:
     )
 
 
-def _key(facts: Facts, setup: PlantSetup) -> dict[str, object]:
-    """Return everything that every calibration depends on."""
-    return {
-        "model": hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest(),
-        "jsbsim": str(jsbsim.__version__),
-        "speed_mps": setup.speed_mps,
-        "alt_m": setup.alt_m,
-        "step_hz": setup.step_hz,
-        "flap_rad": setup.flap_rad,
-    }
+def _model_key(facts: Facts) -> dict[str, object]:
+    """Return what every calibration depends on beside speed, height, flaps and step rate."""
+    model = hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest()
+    return {"model": model, "jsbsim": str(jsbsim.__version__)}
 
 
 def measure_response(facts: Facts, axis: str, setup: PlantSetup) -> LoopResponse:

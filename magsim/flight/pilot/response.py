@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.flight.model.autopilot import AXES
+from magsim.flight.pilot.nodes import Arrays, Parts, mean, weighted
 from magsim.flight.pilot.trains import ManeuverKey, SineTrain
 
 BOUNDS = ("elevator", "aileron", "rudder", "alpha", "beta")
@@ -108,6 +109,22 @@ class LoopResponse:
             {axis: arrays[f"largest_deg_{axis}"] for axis in limited},
             {axis: arrays[f"bound_{axis}"] for axis in limited},
         )
+
+
+def mixed_responses(parts: Parts) -> Arrays:
+    """Return arrays of a response between measured ones.
+
+    Gains and phases are linear, largest amplitudes linear in their logarithms; what bounds these is that of the
+    response with the largest weight.
+    """
+    _, nearest = max(parts, key=lambda part: part[0])
+    out = mean(parts)
+    for name in nearest:
+        if name.startswith("bound_"):
+            out[name] = nearest[name]
+        elif name.startswith("largest_deg_"):
+            out[name] = np.exp(weighted([(weight, np.log(arrays[name])) for weight, arrays in parts]))
+    return out
 
 
 UNITY = LoopResponse(
