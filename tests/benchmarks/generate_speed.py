@@ -6,13 +6,22 @@ since one generation precedes the measurement.
 
 ``cpu_over_bare_jsbsim``: over a run of the same flight model at the same rate and length, with no guidance and no
 logging. ``cpu_over_before``: over the old code's generation of the same flight, each in its own process.
+``all_new_over_warm``: a generation at a place, a height and a speed that were never flown over the same one again; the
+loops have been calibrated at the nodes around (``magsim.flight.pilot.nodes``), as they are after the first flights of a
+sweep. ``node_over_generation`` is what one more node costs.
 """
 
 import argparse
+import os
 import statistics
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
+from magsim.flight.model.autopilot import AXES
+from magsim.flight.model.setup import PlantSetup
+from magsim.flight.pilot.calibration import loop_response
 from magsim.loading import load_scenario
 from magsim.simulation import simulate
 from tests.benchmarks.rows import Row, at_most, finish, stated
@@ -71,13 +80,47 @@ def before_rows(repeat: int) -> list[Row]:
     ]
 
 
+def all_new_rows(repeat: int) -> list[Row]:
+    """Generations where place, height and speed are new, each beside the same one again."""
+    rng, pairs = np.random.default_rng(7), []
+    for corner in ((70.0, 1000.0), (70.0, 3000.0), (75.0, 1000.0), (75.0, 3000.0)):
+        fly_at(0.0, 0.0, corner[1], corner[0])
+    for _ in range(repeat):
+        place = rng.uniform((-60.0, -180.0, 1000.0, 70.0), (60.0, 180.0, 3000.0, 75.0)).tolist()
+        pairs.append((fly_at(*place), fly_at(*place)))
+    before = os.environ.get("MAGSIM_CACHE")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["MAGSIM_CACHE"] = folder
+        try:
+            facts = load_scenario(SCENARIO).aircraft.facts
+            node = PlantSetup(lat_rad=0.0, lon_rad=0.0, alt_m=3000.0, course=0.0, speed_mps=75.0)
+            node_s = cpu_s(lambda: loop_response(facts, AXES, node))
+        finally:
+            if before is None:
+                del os.environ["MAGSIM_CACHE"]
+            else:
+                os.environ["MAGSIM_CACHE"] = before
+    return [
+        at_most("all_new_over_warm", statistics.median(a / b for a, b in pairs), "1", 1.2),
+        stated("node_over_generation", node_s / statistics.median(b for _, b in pairs), "1"),
+    ]
+
+
+def fly_at(lat_deg: float, lon_deg: float, alt_m: float, speed_mps: float) -> float:
+    """CPU time of a generation there [s]."""
+    places = (f"start.lat_deg={lat_deg}", f"start.lon_deg={lon_deg}")
+    loaded = load_scenario(SCENARIO, (*places, f"start.alt_m={alt_m}", f"start.speed_mps={speed_mps}"))
+    return cpu_s(lambda: simulate(loaded))
+
+
 def main() -> None:
     """Measure in turn, take medians of the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else")
     parser.add_argument("--repeat", type=int, default=7, help="turns of which the medians are taken")
     arguments = parser.parse_args()
-    finish(bare_rows(arguments.repeat) + before_rows(arguments.repeat), as_json=arguments.json)
+    rows = [*bare_rows(arguments.repeat), *before_rows(arguments.repeat), *all_new_rows(arguments.repeat)]
+    finish(rows, as_json=arguments.json)
 
 
 if __name__ == "__main__":

@@ -95,7 +95,7 @@ def mean(parts: Parts) -> Arrays:
 
 def weighted(values: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
     """Return the sum of arrays times their weights."""
-    out = np.zeros_like(values[0][1])
+    out = np.zeros(values[0][1].shape)
     for weight, value in values:
         out += weight * value
     return out
