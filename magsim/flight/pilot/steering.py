@@ -162,7 +162,7 @@ def steer(
         m.aimed = False
     lead = _lead_bank(m, path[0], speed, course, own_heading)
     m.steady = _faded(m.steady, m.gusty and lead == 0.0 and m.curvature == 0.0, FADE_S)
-    if not (pitches or rolls or yaws) and (m.steady == 1.0 or not m.gusty):
+    if not (pitches or rolls or yaws) and (share_of(m.steady) == 1.0 or not m.gusty):
         _estimate_wind(m, motion)
     heading = _free_heading(m, speed, airspeed, own_heading, course, lead)
     if m.yaw != 0.0:
