@@ -6,6 +6,7 @@ direct thrust, made of the same propeller, which is trimmed and linearized in it
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -115,6 +116,7 @@ def _direct_xml(engine: DirectEngine) -> str:
     )
 
 
+@lru_cache(maxsize=8)
 def _twin_xml(engine: TurbopropEngine) -> str:
     """Write the thrust of the governed propeller over speed and density."""
     speeds = (0.0, *(float(v) for v in range(20, 151, 10)))
@@ -153,6 +155,7 @@ def _thrust_xml(static_n: float, share: str) -> str:
 """
 
 
+@lru_cache(maxsize=8)
 def _turboprop_xml(engine: TurbopropEngine) -> str:
     """Write power over gas generator speed, turbine speed and density; fuel flow falls to its idle part with the power.
 
@@ -214,6 +217,7 @@ def _turboprop_xml(engine: TurbopropEngine) -> str:
 """
 
 
+@lru_cache(maxsize=8)
 def _propeller_xml(engine: TurbopropEngine) -> str:
     propeller = engine.propeller
     low, high = (math.degrees(angle) for angle in propeller.pitch_range.value)

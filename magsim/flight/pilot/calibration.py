@@ -4,6 +4,7 @@ import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import jsbsim
 import numpy as np
@@ -192,8 +193,12 @@ def _bare(setup: PlantSetup) -> PlantSetup:
 
 def _model_key(facts: Facts) -> dict[str, object]:
     """Return what every calibration depends on beside speed, height, flaps and step rate."""
-    model = hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest()
-    return {"model": model, "jsbsim": str(jsbsim.__version__)}
+    return {"model": _model_digest(facts), "jsbsim": str(jsbsim.__version__)}
+
+
+@lru_cache(maxsize=8)
+def _model_digest(facts: Facts) -> str:
+    return hashlib.sha256("\0".join(model_files(facts, "aircraft").values()).encode()).hexdigest()
 
 
 def measure_response(facts: Facts, axis: str, setup: PlantSetup) -> LoopResponse:
