@@ -150,6 +150,8 @@ def is_there(folder: Path) -> bool:
 def read_frame(path: Path) -> "pd.DataFrame":
     """Return an index as a pandas DataFrame, a row for each flight, failed ones too.
 
+    Whole numbers are ``Int64``, which has a place for what a failed flight lacks: as float64, seeds would be rounded.
+
     Raises
     ------
     RequestError
@@ -157,7 +159,11 @@ def read_frame(path: Path) -> "pd.DataFrame":
     DataError
         If it is no index.
     """
-    return _read(path, None).to_pandas()
+    import pandas as pd
+
+    table = _read(path, None)
+    whole = {kind: pd.Int64Dtype() for kind in table.schema.types if str(kind) in ("int32", "int64")}
+    return table.to_pandas(types_mapper=whole.get)
 
 
 def read_listed(path: Path) -> "IndexedFlights":

@@ -90,6 +90,14 @@ def test_the_index_is_a_frame_of_all_flights(folder):
     assert frame["size"].tolist()[3:] == [-1, -1]
 
 
+def test_whole_numbers_of_the_frame_are_exact_where_failed_flights_have_none(folder):
+    large = 2**62 + 1  # as float64, it would end in a 0
+    rewrite(folder / "index.parquet", seed=[large, large + 2, 7, None, None])
+    seeds = Dataset(folder).index["seed"]
+    assert seeds.tolist()[:3] == [large, large + 2, 7]
+    assert seeds.isna().tolist() == [False] * 3 + [True] * 2
+
+
 def test_hidden_and_other_files_do_not_count(folder):
     (folder / ".0123-4567.part").mkdir()
     (folder / ".0123-4567.part" / "shard_000002.h5").write_bytes(b"being written")
