@@ -10,7 +10,7 @@ from magsim.benchmark.judging import NOISE_FLOOR, judge
 from magsim.benchmark.report import Report, rows_of
 from magsim.benchmark.rows import Fit, Row
 from magsim.compensation import Compensator, FitContext, make, parse_method
-from magsim.dataset import Data, FlightInfo, Group, groups_of, pick_sensor, pieces_to_judge, training_rows
+from magsim.dataset import Data, FlightInfo, Group, Training, groups_of, pick_sensor, pieces_to_judge, read_training
 from magsim.errors import RequestError
 from magsim.recording import Recording
 
@@ -165,22 +165,26 @@ class _Evaluation:
         self.warmup_s = _warmup_s(named)
 
     def run(self, group: Group) -> None:
-        """Fit and judge one group."""
-        recordings = [info.read() for info in group.flights]
-        sensor = pick_sensor(recordings, self.sensor)
+        """Fit and judge one group, with no more than one of its flights in memory beside its training rows."""
+        sensor = self.sensor or pick_sensor([group.flights[0].read()])
         # before the fits, which may take long
-        pairs = zip(group.flights, recordings, strict=True)
-        tests = [(info, recording) for info, recording in pairs if self._has_test_rows(recording, sensor)]
+        tests = [info for info in group.flights if self._has_test_rows(info, sensor)]
         if not tests:
             return
         self.groups[group.name] = [info.name for info in group.flights]
-        fitted = [NamedMethod(one.name, self._fit(one, group, recordings, sensor)) for one in self.named]
+        given = all(one.compensator is None or one.given for one in self.named)
+        training = None if given else read_training(group.flights, sensor)
+        fitted = [NamedMethod(one.name, self._fit(one, group, training)) for one in self.named]
         self.warmup_s = _warmup_s(fitted)
-        for info, recording in tests:
-            self._judge(fitted, info, recording, sensor)
+        for info in tests:
+            self._judge(fitted, info, info.read(), sensor)
 
-    def _has_test_rows(self, recording: Recording, sensor: str) -> bool:
-        """Whether a recording has rows to be judged; note those that a dropout takes."""
+    def _has_test_rows(self, info: FlightInfo, sensor: str) -> bool:
+        """Whether a flight has rows to be judged; note those that a dropout takes."""
+        if info.splits and "test" not in info.splits:
+            self.untested.append(f"{info.name!r} has split = test")
+            return False
+        recording = info.read()
         found = bool(pieces_to_judge(recording, sensor))
         test = recording.mask(split="test")
         silent = test & ~recording.reads(sensor)
@@ -194,11 +198,10 @@ class _Evaluation:
             self.untested.append(f"{recording.name!r} has split = test{reading}")
         return found
 
-    def _fit(self, one: NamedMethod, group: Group, recordings: Sequence[Recording], sensor: str) -> Compensator | None:
+    def _fit(self, one: NamedMethod, group: Group, training: Training | None) -> Compensator | None:
         """Return a fitted method: as it came, or a copy that is fitted on the group's training rows."""
-        if one.compensator is None or one.given:
+        if one.compensator is None or one.given or training is None:
             return one.compensator
-        training = training_rows(recordings, sensor)
         names = tuple(dict.fromkeys(recording.name for recording in training.recordings))
         self.progress(f"fitting {one.name}")
         started = time.process_time()
@@ -248,7 +251,8 @@ class _Evaluation:
             If no recording had test rows.
         """
         if not self.rows:
-            msg = f"no test rows: no row of {', '.join(self.untested)}"
+            more = f", and {len(self.untested) - 12} more" if len(self.untested) > 12 else ""
+            msg = f"no test rows: no row of {', '.join(self.untested[:12])}{more}"
             raise RequestError(msg)
         compensators = [(one.name, one.compensator) for one in self.named if one.compensator is not None]
         about = {

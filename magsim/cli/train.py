@@ -39,14 +39,14 @@ def train(  # noqa: PLR0917 - the options
     from magsim.cli.progress import training as display
     from magsim.compensation import FitContext, create
     from magsim.compensation.runs import Run, fingerprint
-    from magsim.dataset import flights_of, training_rows
+    from magsim.dataset import flights_of, read_training
 
     asked = _asked(method)
     given = {"preset": preset, "sensor": sensor, "seed": seed}
     asked |= {name: value for name, value in given.items() if value is not None}
     compensator = create(asked["method"], preset=asked["preset"], **asked["params"])
     folder = output or Path("runs") / asked["method"].rpartition(":")[2]
-    rows = training_rows([info.read() for info in flights_of(recordings)], asked["sensor"])
+    rows = read_training(flights_of(recordings), asked["sensor"])
     made_of = fingerprint(compensator, rows, preset=asked["preset"], seed=asked["seed"])
     run = Run.open(folder, made_of, resume=resume, force=force)
     if run.is_complete:

@@ -14,7 +14,7 @@ from magsim.compensation import saving
 from magsim.compensation.columns import require
 from magsim.compensation.parameters import check_parameters, parameters_of, settings_model
 from magsim.compensation.saving import State
-from magsim.dataset import Data, Training, flights_of, training_rows
+from magsim.dataset import Data, Training, flights_of, read_training
 from magsim.errors import DataError, RequestError
 from magsim.recording import MissingColumnError, Recording
 
@@ -156,7 +156,7 @@ class Compensator(ABC):
         DataError
             If the recordings are too short or not finite.
         """
-        return self.fit_rows(training_rows([info.read() for info in flights_of(data)], sensor), context)
+        return self.fit_rows(read_training(flights_of(data), sensor), context)
 
     @final
     def fit_rows(self, training: Training, context: FitContext | None = None) -> Self:

@@ -5,7 +5,7 @@ from magsim.dataset.folder import Dataset, files_of
 from magsim.dataset.groups import Data, Group, flights_of, groups_of
 from magsim.dataset.index import FlightInfo, split_rows
 from magsim.dataset.manifest import MANIFEST, FileEntry, FlightEntry, Manifest, read_bounded, read_manifest
-from magsim.dataset.rows import JudgedPiece, Training, pick_sensor, pieces_to_judge, training_rows
+from magsim.dataset.rows import JudgedPiece, Training, pick_sensor, pieces_to_judge, read_training, training_rows
 
 __all__ = [
     "MANIFEST",
@@ -26,6 +26,7 @@ __all__ = [
     "pieces_to_judge",
     "read_bounded",
     "read_manifest",
+    "read_training",
     "split_rows",
     "training_rows",
 ]

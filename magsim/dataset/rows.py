@@ -4,12 +4,13 @@ Rows that touch stay joined: training and validation rows of one flight are one 
 states with memory run through them; a test piece keeps what was flown before it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from magsim import columns
+from magsim.dataset.index import FlightInfo
 from magsim.errors import RequestError
 from magsim.recording import Recording
 from magsim.signals import spans
@@ -42,13 +43,14 @@ class Training:
         return {"train": sum(len(recording) for recording in self.recordings) - valid, "valid": valid}
 
 
-def training_rows(recordings: Sequence[Recording], sensor: str | None = None) -> Training:
+def training_rows(recordings: Iterable[Recording], sensor: str | None = None) -> Training:
     """Take the rows to learn from.
 
     Parameters
     ----------
-    recordings : sequence of Recording
-        Of one with a column ``split`` the rows ``train`` and ``valid``, else all rows.
+    recordings : iterable of Recording
+        Of one with a column ``split`` the rows ``train`` and ``valid``, else all rows. Of an iterator no more than one
+        whole recording is in memory at a time, beside the rows that are kept.
     sensor : str, optional
         The scalar magnetometer; the first one of the first recording if not given.
 
@@ -57,26 +59,42 @@ def training_rows(recordings: Sequence[Recording], sensor: str | None = None) ->
     RequestError
         If there is no recording, no such magnetometer, or no training row.
     """
-    if not recordings:
-        msg = "nothing to fit: no recording was given"
-        raise RequestError(msg)
-    sensor = pick_sensor(recordings, sensor)
-    kept, masks, learned = [], [], 0
+    kept, masks, names, learned = [], [], [], 0
     for recording in recordings:
+        sensor = pick_sensor([recording], sensor)
         recording.check_scalar(sensor)
+        names.append(repr(recording.name))
         train, valid = _split(recording)
         rows = train | valid
         if rows.sum() >= 2:
             kept.append((recording if rows.all() else recording.take(rows)).labeled())
             masks.append(valid[rows])
             learned += int(train.sum())
+    if sensor is None or not names:
+        msg = "nothing to fit: no recording was given"
+        raise RequestError(msg)
     if not learned:
-        names = ", ".join(repr(recording.name) for recording in recordings)
-        msg = f"no training rows: no row of {names} has split = train"
+        more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+        msg = f"no training rows: no row of {', '.join(names[:12])}{more} has split = train"
         raise RequestError(msg)
     for mask in masks:
         mask.flags.writeable = False
     return Training(tuple(kept), tuple(masks), sensor)
+
+
+def read_training(flights: Iterable[FlightInfo], sensor: str | None = None) -> Training:
+    """Read the rows to learn from, one flight at a time; flights that have none are not read.
+
+    Raises
+    ------
+    RequestError
+        As ``training_rows``.
+    DataError
+        If a file is damaged.
+    """
+    every = tuple(flights)
+    having = [info for info in every if not info.splits or {"train", "valid"} & info.splits.keys()]
+    return training_rows((info.read() for info in having or every), sensor)
 
 
 def pick_sensor(recordings: Sequence[Recording], sensor: str | None = None) -> str:
