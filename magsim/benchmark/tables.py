@@ -51,8 +51,10 @@ def text(
     """
     check_scores(scores)
     blocks = []
-    for subject in dict.fromkeys(Subject.of(row) for row in rows):
-        own = [row for row in rows if Subject.of(row) == subject]
+    of: dict[Subject, list[Row]] = {}
+    for row in rows:
+        of.setdefault(Subject.of(row), []).append(row)
+    for subject, own in of.items():
         blocks += [str(subject), _whole(own, fit_s), ""]
         for score in dict.fromkeys(scores):
             table = _parts(own, score)
