@@ -8,6 +8,8 @@ cache of files holds a block once for all workers.
 
 import hashlib
 import json
+import math
+import mmap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -222,18 +224,24 @@ class _Batch:
     def __init__(self, dataset: WindowDataset) -> None:
         self._dataset = dataset
         self._tensors: list[Tensor] = []
+        self._exact: dict[int, np.ndarray] = {}
 
     def fill(self, sources: Sequence[Windows], indices: np.ndarray, at: int) -> None:
         """Copy windows to a place of the batch."""
         size = self._dataset.batch
         if not self._tensors:
-            self._tensors = [torch.empty(size, len(source.names), source.rows) for source in sources]
-        for source, tensor in zip(sources, self._tensors, strict=True):
+            self._tensors = [_mapped_tensor(size, len(source.names), source.rows) for source in sources]
+        for number, (source, tensor) in enumerate(zip(sources, self._tensors, strict=True)):
             out = tensor.numpy()[at : at + len(indices)].transpose(0, 2, 1)
             scales = [self._dataset.standardize.get(name, (0.0, 1.0)) for name in source.names]
             if any(scale != (0.0, 1.0) for scale in scales):
                 mean, scale = np.array(scales).T
-                out[...] = (source.take(indices) - mean) / scale
+                if number not in self._exact:
+                    self._exact[number] = np.empty((size, source.rows, len(source.names)))
+                exact = source.take(indices, self._exact[number][: len(indices)])
+                exact -= mean
+                exact /= scale
+                out[...] = exact
             else:
                 source.take(indices, out)
 
@@ -242,6 +250,16 @@ class _Batch:
         inputs, targets = (tensor[:count] for tensor in self._tensors)
         self._tensors = []
         return inputs, targets
+
+
+def _mapped_tensor(*shape: int) -> Tensor:
+    """Return a float32 tensor in memory of its own, which goes back to the system with it.
+
+    On the heap, arrays of some MB that come and go among small ones that stay leave holes: 200 MB in an epoch of 1000
+    flights.
+    """
+    memory = mmap.mmap(-1, 4 * math.prod(shape))
+    return torch.frombuffer(memory, dtype=torch.float32).view(shape)
 
 
 def _one_role(names: Sequence[str] | None, default: str) -> tuple[str, tuple[str, ...] | None]:
