@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from magsim import columns
-from magsim.arrays import readonly
+from magsim.arrays import frozen, readonly
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class FieldTruth:
                 raise ValueError(msg)
         object.__setattr__(self, "time_s", readonly(self.time_s))
         object.__setattr__(self, "mounts", tuple(self.mounts))
-        object.__setattr__(self, "parts_b", {name: readonly(part) for name, part in self.parts_b.items()})
+        object.__setattr__(self, "parts_b", {name: frozen(part) for name, part in self.parts_b.items()})
         for kind in ("tilts_b", "bent_b"):
             object.__setattr__(self, kind, {name: readonly(value) for name, value in getattr(self, kind).items()})
         for kind in ("currents_a", "voltages_v", "steady_nt"):

@@ -77,17 +77,20 @@ def geodetic_from_ecef(position_e: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
         Height above the ellipsoid.
     """
     x, y, z = np.moveaxis(np.asarray(position_e, dtype=float), -1, 0)
-    p = np.hypot(x, y)
+    p = np.sqrt(x * x + y * y)
     second = ECCENTRICITY2 / (1.0 - ECCENTRICITY2)
-    beta = np.arctan2(SEMI_MAJOR_M * z, SEMI_MINOR_M * p)
+    # Angles as sine and cosine, up to a common factor: tan(beta) = (1 - f) tan(lat).
+    sin, cos = SEMI_MAJOR_M * z, SEMI_MINOR_M * p
     for _ in range(3):
-        lat = np.arctan2(
-            z + second * SEMI_MINOR_M * np.sin(beta) ** 3, p - ECCENTRICITY2 * SEMI_MAJOR_M * np.cos(beta) ** 3
-        )
-        beta = np.arctan2((1.0 - FLATTENING) * np.sin(lat), np.cos(lat))
-    sin_lat = np.sin(lat)
-    alt = p * np.cos(lat) + z * sin_lat - SEMI_MAJOR_M * np.sqrt(1.0 - ECCENTRICITY2 * sin_lat**2)
-    return lat, np.arctan2(y, x), alt
+        length = np.sqrt(sin * sin + cos * cos)
+        sin, cos = sin / length, cos / length
+        up = z + second * SEMI_MINOR_M * sin**3
+        across = p - ECCENTRICITY2 * SEMI_MAJOR_M * cos**3
+        sin, cos = (1.0 - FLATTENING) * up, across
+    length = np.sqrt(up * up + across * across)
+    sin_lat, cos_lat = up / length, across / length
+    alt = p * cos_lat + z * sin_lat - SEMI_MAJOR_M * np.sqrt(1.0 - ECCENTRICITY2 * sin_lat**2)
+    return np.arctan2(up, across), np.arctan2(y, x), alt
 
 
 def rot_ne_at(lat_rad: np.ndarray | float, lon_rad: np.ndarray | float) -> np.ndarray:

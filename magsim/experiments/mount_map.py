@@ -162,7 +162,7 @@ def predict(
         msg = "there is no place to predict for"
         raise RequestError(msg)
     with one_blas_thread():
-        series, response = FlightSeries(recording, aircraft, settings), response_at(aircraft, places, full=False)
+        series, response = FlightSeries(recording, aircraft, settings), response_at(aircraft, places)
         signature = series.signatures(response)
         raw, left = series.score(signature), series.score(series.left(signature))
     return Prediction(tuple(places), response.positions_m, raw[0], left[0], raw[1], left[1], len(series.cells))

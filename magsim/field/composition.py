@@ -1,18 +1,18 @@
 """The field of a flight: every part at every mount that carries a sensor, at the simulation rate."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable
 
 import numpy as np
 
 from magsim.aircraft import Aircraft, Vehicle
-from magsim.columns import BACKGROUND, COMPONENTS, PLATFORM
+from magsim.arrays import given_up
+from magsim.columns import COMPONENTS, PLATFORM
 from magsim.field import flex
-from magsim.field.background import crust, departure, main_field, swell, targets, variation
+from magsim.field.background.whole import BACKGROUNDS, Background
 from magsim.field.excitation import FlightExcitation
 from magsim.field.parts import PARTS
 from magsim.field.response import AircraftResponse, load_response, response_at
-from magsim.field.situation import Situation
+from magsim.field.situation import Passage, Situation, simulation_times, used_mounts
 from magsim.field.wiring.electronics import Onboard
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
@@ -22,20 +22,33 @@ from magsim.truth import FieldTruth
 
 Progress = Callable[[float], None]
 
-BACKGROUNDS: Mapping[str, Callable[[Situation], np.ndarray]] = {
-    "earth": main_field.earth,
-    "departure": departure.departure,
-    "crust": crust.crust,
-    "target": targets.target,
-    "variation": variation.variation,
-    "swell": swell.swell,
-}
-"""What makes each part of the background; the names are those of ``columns.BACKGROUND``."""
-
 
 def parts_on(scenario: Scenario, names: tuple[str, ...] = COMPONENTS) -> tuple[str, ...]:
     """Return the names of the parts that a scenario has switched on, in the order of ``COMPONENTS``."""
     return tuple(name for name in names if (name in BACKGROUNDS or name in PARTS) and scenario.field.is_on(name))
+
+
+def situation_of(
+    scenario: Scenario,
+    vehicle: Vehicle,
+    response: AircraftResponse,
+    background: Background,
+    mounts: tuple[str, ...],
+) -> Situation:
+    """Return the situation of a body in its background, at some of its mounts."""
+    passage = background.passage
+    places = response.positions_m[response.rows(mounts)] - passage.path.reference_b
+    parts, ambient_b = background.with_center(dict(zip(mounts, places, strict=True)))
+    fields = {name: np.swapaxes(part, 0, 1) for name, part in parts.items()}
+    return Situation(scenario, vehicle.magnetics, response, passage, mounts, fields, ambient_b)
+
+
+def backgrounds_of(scenario: Scenario, flight: Flight, ground: Ground | None = None) -> dict[str, Background]:
+    """Return the backgrounds of a flight's bodies at the simulation rate: ``carrier``, and ``bird`` with a tow."""
+    # Carrier and bird are logged at rates of their own, which need not end together.
+    time_s = simulation_times(flight)
+    bodies = {"carrier": flight} if flight.bird is None else {"carrier": flight, "bird": flight.of_bird()}
+    return {body: Background(Passage(scenario, part, ground, time_s)) for body, part in bodies.items()}
 
 
 def compute_field(
@@ -45,6 +58,7 @@ def compute_field(
     response: AircraftResponse | None = None,
     *,
     ground: Ground | None = None,
+    background: Background | None = None,
     progress: Progress | None = None,
 ) -> FieldTruth:
     """Compute every part of the field at every mount that carries a sensor.
@@ -62,6 +76,8 @@ def compute_field(
         Computed or read from the cache when it is not given.
     ground : Ground, optional
         The ground of ``[terrain]``; None without it.
+    background : Background, optional
+        That of the flight's carrier, where it is known already; see ``backgrounds_of``.
     progress : callable, optional
         Called with the share of the work that is done, from 0 to 1.
 
@@ -71,34 +87,33 @@ def compute_field(
         At the simulation rate over the whole logged span; parts that are switched off are absent.
     """
     report = progress or (lambda _: None)
-    response = load_response(aircraft, scenario.field.eddy.model) if response is None else response
+    mounts = used_mounts(scenario)
+    response = load_response(aircraft, scenario.field.eddy.model, mounts=mounts) if response is None else response
     report(0.1)
     # Spline fits call LAPACK: on one thread they give the same bits everywhere.
     with one_blas_thread():
-        situation = with_background(Situation.of(scenario, aircraft.magnetics, flight, response, ground))
+        background = background or backgrounds_of(scenario, flight, ground)["carrier"]
+        situation = situation_of(scenario, aircraft, response, background, mounts)
         report(0.5)
-        return compose(FlightExcitation(situation), aircraft, report)
+        return compose(FlightExcitation(situation), aircraft, background, report)
 
 
-def with_background(situation: Situation) -> Situation:
-    """Return the situation with its background parts."""
-    names = parts_on(situation.scenario, BACKGROUND)
-    return replace(situation, background={name: BACKGROUNDS[name](situation) for name in names})
-
-
-def compose(excitation: FlightExcitation, vehicle: Vehicle, report: Progress = lambda _: None) -> FieldTruth:
+def compose(
+    excitation: FlightExcitation, vehicle: Vehicle, background: Background, report: Progress = lambda _: None
+) -> FieldTruth:
     """Compute every part at the mounts of a situation.
 
     Parameters
     ----------
     excitation : FlightExcitation
-        Of a situation with its background.
     vehicle : Vehicle
+    background : Background
+        Of the situation.
     report : callable
         Called with shares from 0.5 to 1.
     """
     situation = excitation.situation
-    parts = {name: part[:, :-1] for name, part in situation.background.items()}
+    parts = dict(situation.background)
     platform = parts_on(situation.scenario, PLATFORM)
     for done, name in enumerate(platform, start=1):
         part = _platform_part(name, excitation, situation.response, situation.rows)
@@ -109,14 +124,12 @@ def compose(excitation: FlightExcitation, vehicle: Vehicle, report: Progress = l
     bent: dict[str, np.ndarray] = {}
     if bending.shifts_b:
         places, eddy = flex.places_around(situation, bending), situation.scenario.field.eddy.model
-        bent = _bend(parts, excitation, bending, response_at(vehicle, places, eddy))
-    for part in parts.values():
-        part.flags.writeable = False  # handed over, not copied
+        bent = _bend(parts, excitation, bending, background, response_at(vehicle, places, eddy))
     onboard = excitation.onboard if "electronics" in parts else Onboard()
     return FieldTruth(
         situation.time_s,
         situation.mounts,
-        parts,
+        {name: given_up(part) for name, part in parts.items()},
         currents_a=onboard.currents_a,
         voltages_v=onboard.voltages_v,
         tilts_b=bending.tilts_b,
@@ -137,20 +150,26 @@ def _platform_part(
 
 
 def _bend(
-    parts: dict[str, np.ndarray], excitation: FlightExcitation, bending: flex.Bending, response: AircraftResponse
+    parts: dict[str, np.ndarray],
+    excitation: FlightExcitation,
+    bending: flex.Bending,
+    background: Background,
+    response: AircraftResponse,
 ) -> dict[str, np.ndarray]:
     """Add to every part the change by the motion of the bent mounts, from the part's own gradient there.
 
     Return the sum of the changes at each of these mounts, (n, 3) [nT].
     """
     situation = excitation.situation
-    around = replace(situation, response=response, mounts=response.mounts)
+    arms = response.positions_m - situation.passage.path.reference_b
+    around = background.at(dict(zip(response.mounts, arms, strict=True)))
+    rows = response.rows(response.mounts)
     whole = {mount: np.zeros_like(shift) for mount, shift in bending.shifts_b.items()}
     for name, part in parts.items():
-        if name in BACKGROUNDS:
-            changes, scale = flex.moved(BACKGROUNDS[name](around)[:, :-1], bending.shifts_b), 1.0
+        if name in around:
+            changes, scale = flex.moved(np.swapaxes(around[name], 0, 1), bending.shifts_b), 1.0
         else:
-            found = PARTS[name].field(excitation, response, around.rows)
+            found = PARTS[name].field(excitation, response, rows)
             assert found is not None  # it is among the parts of this aircraft
             changes, scale = flex.moved(found, bending.shifts_b), _scale(excitation, name)
         parts[name] = np.array(part)

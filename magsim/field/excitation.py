@@ -104,7 +104,7 @@ class FlightExcitation:
     @cached_property
     def ambient_rate_b(self) -> np.ndarray:
         """Time derivative of the ambient field in body axes, (n, 3) [nT/s]."""
-        return derivative(self.ambient_b, self.step_s)
+        return self.situation.passage.once("ambient rate", lambda: derivative(self.ambient_b, self.step_s))
 
     @cached_property
     def warmth(self) -> Warmth | None:
@@ -114,7 +114,7 @@ class FlightExcitation:
             return None
         alt_m = scenario.start.alt_m
         air_c = outside_c(Draws(scenario.aircraft, scenario.individual), scenario.day, alt_m)
-        return Warmth.along(self.situation.motion.alt_m, alt_m, air_c, step_s)
+        return Warmth.along(self.situation.passage.alt_m, alt_m, air_c, step_s)
 
     @cached_property
     def onboard(self) -> Onboard:
@@ -139,11 +139,15 @@ class FlightExcitation:
 
     @cached_property
     def _angles(self) -> dict[str, np.ndarray]:
-        return self.situation.flight.controls_at(self.situation.time_s)
+        passage = self.situation.passage
+        return passage.once("controls", lambda: passage.flight.controls_at(passage.time_s))
 
     @cached_property
     def _turns(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        return {name: (np.cos(angle), np.sin(angle)) for name, angle in self._angles.items()}
+        def turned() -> dict[str, tuple[np.ndarray, np.ndarray]]:
+            return {name: (np.cos(angle), np.sin(angle)) for name, angle in self._angles.items()}
+
+        return self.situation.passage.once("turned", turned)
 
     def deflection(self, dipole: HingedDipole) -> tuple[np.ndarray, np.ndarray]:
         """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it is held at rest.

@@ -13,8 +13,9 @@ import numpy as np
 from magsim.aircraft.magnetics import Dipole, RotatingDipole
 from magsim.field.excitation import Excitation
 from magsim.field.hanging import hanging_strengths, rotating_on
+from magsim.field.kernels import summed
 from magsim.field.response import AircraftResponse
-from magsim.field.sources.dipoles import DeflectedDipole
+from magsim.field.sources.dipoles import DeflectedDipole, DeflectedDipoles
 from magsim.field.sources.memory import remembered
 from magsim.field.sources.moving import LinkedDipole, SeatedDipole
 from magsim.field.sources.rotors import ShaftDipole, SpinningDipole
@@ -47,32 +48,6 @@ def gains_of(response: AircraftResponse, kind: str) -> np.ndarray:
         "hanging": response.hanging,
     }
     return arrays[kind]
-
-
-# ---- products of gains and strengths ---------------------------------------------------------------------------
-#
-# All three are the same sum over sources. They add in different orders, each the fastest one for its number of
-# sources; the order decides the last bits of a recording.
-
-
-def by_tensor(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
-    """Return the sum over few sources, (n, s, 3), from gains (s, 3, c) and strengths (n, c)."""
-    return np.einsum("sic,nc->nsi", gains, strengths)
-
-
-def by_matrix(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
-    """Return the sum over many sources, (n, s, 3), as one matrix product; see ``by_tensor``."""
-    count, _, width = gains.shape
-    return (strengths @ gains.reshape(3 * count, width).T).reshape(len(strengths), count, 3)
-
-
-def by_source(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
-    """Return the sum over sources of which some have no field, (n, s, 3), one after another; see ``by_tensor``."""
-    out = np.zeros((len(strengths), len(gains), 3))
-    for c in range(gains.shape[2]):
-        if np.any(gains[..., c]):
-            out += strengths[:, c, None, None] * gains[..., c]
-    return out
 
 
 # ---- strengths -------------------------------------------------------------------------------------------------
@@ -134,13 +109,10 @@ class LinearPart:
     strengths : callable
         Strengths (n, c) of the sources, or (1, c) where they are constant, from the excitation and the response;
         None for an aircraft without such sources.
-    product : callable
-        How gains (s, 3, c) and strengths are summed.
     """
 
     gains: str
     strengths: Callable[[Excitation, AircraftResponse], np.ndarray | None]
-    product: Callable[[np.ndarray, np.ndarray], np.ndarray]
 
     def field(self, excitation: Excitation, response: AircraftResponse, rows: np.ndarray) -> np.ndarray | None:
         """Return the part at some places of a response, (n, s, 3) [nT]; None for an aircraft without it.
@@ -155,7 +127,8 @@ class LinearPart:
         strengths = self.strengths(excitation, response)
         if strengths is None:
             return None
-        field = self.product(gains_of(response, self.gains)[rows], strengths)
+        gains = np.ascontiguousarray(gains_of(response, self.gains)[rows])
+        field = np.swapaxes(summed(gains, np.ascontiguousarray(strengths)), 0, 1)
         return np.broadcast_to(field, (len(excitation.ambient_b), *field.shape[1:]))
 
 
@@ -217,20 +190,21 @@ def _in_this_air(excitation: Excitation, dipole: Dipole, turning: TurningDipole)
 
 
 def _hinged(excitation: Excitation) -> list[TurningDipole]:
-    return [
-        _in_this_air(
-            excitation,
-            dipole,
-            DeflectedDipole(
-                np.array(dipole.position_m),
-                np.array(dipole.moment_am2),
-                np.array(dipole.hinge_point_m),
-                np.array(dipole.hinge_axis),
-                *excitation.deflection(dipole),
-            ),
+    cold: list[DeflectedDipole] = []
+    warm: list[TurningDipole] = []
+    for dipole in excitation.magnetics.hinged:
+        deflected = DeflectedDipole(
+            np.array(dipole.position_m),
+            np.array(dipole.moment_am2),
+            np.array(dipole.hinge_point_m),
+            np.array(dipole.hinge_axis),
+            *excitation.deflection(dipole),
         )
-        for dipole in excitation.magnetics.hinged
-    ]
+        if dipole.magnet is None or excitation.warmth is None:
+            cold.append(deflected)
+        else:
+            warm.append(_in_this_air(excitation, dipole, deflected))
+    return [DeflectedDipoles(tuple(cold)), *warm]
 
 
 def _controls(excitation: Excitation) -> list[TurningDipole] | None:
@@ -289,19 +263,18 @@ class TurningPart:
         dipoles = self.dipoles(excitation)
         if dipoles is None:
             return None
-        out = np.zeros((len(excitation.ambient_b), len(rows), 3))
-        for dipole in dipoles:
-            out += dipole.at(response.positions_m[rows])
-        return out
+        fields = [dipole.at(response.positions_m[rows]) for dipole in dipoles]
+        out = np.broadcast_to(fields[0], (len(excitation.ambient_b), len(rows), 3))
+        return sum(fields[1:], start=out)
 
 
 LINEAR: Mapping[str, LinearPart] = {
-    "permanent": LinearPart("fixed", _permanent, by_tensor),
-    "induced": LinearPart("metal", _ambient, by_tensor),
-    "memory": LinearPart("metal", _remembered, by_tensor),
-    "eddy": LinearPart("modes", _eddy_states, by_matrix),
-    "electronics": LinearPart("feeders", _currents, by_source),
-    "suspension": LinearPart("hanging", _hanging, by_matrix),
+    "permanent": LinearPart("fixed", _permanent),
+    "induced": LinearPart("metal", _ambient),
+    "memory": LinearPart("metal", _remembered),
+    "eddy": LinearPart("modes", _eddy_states),
+    "electronics": LinearPart("feeders", _currents),
+    "suspension": LinearPart("hanging", _hanging),
 }
 
 TURNING: Mapping[str, TurningPart] = {

@@ -39,15 +39,11 @@ class AircraftResponse:
         What of it is of the magnets of each material, in the order of ``magsim.population.MAGNETS``.
     induced : (s, 3, 3)
         ``D``: induced field is ``D @ B_0``.
-    induced_gradient : (s, 3, 3, 3) [1/m]
-        ``dD_ik/dx_j``, indexed (s, i, k, j).
     tau_s : (k,) [s]
         Time constants of the eddy-current modes.
     drive : (k, 3) [m^2 / sqrt(ohm)]
     field : (s, 3, k) [T / (A sqrt(ohm))]
         See ``magsim.field.metal.eddy.Modes``.
-    eddy_error : (s,)
-        Relative error of the modes at 0.5 Hz beside all currents of the conductor.
     wiring_nt_per_a : (s, 3, c) [nT/A]
         Field of each feeder for 1 A.
     hanging : (s, 3, h)
@@ -59,11 +55,9 @@ class AircraftResponse:
     permanent_nt: np.ndarray
     magnets_nt: np.ndarray
     induced: np.ndarray
-    induced_gradient: np.ndarray
     tau_s: np.ndarray
     drive: np.ndarray
     field: np.ndarray
-    eddy_error: np.ndarray
     wiring_nt_per_a: np.ndarray
     hanging: np.ndarray
 
@@ -87,21 +81,16 @@ class AircraftResponse:
         return np.array([self.mounts.index(mount) for mount in mounts], dtype=int)
 
 
-def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray, *, full: bool) -> Arrays:
+def _fixed(magnetics: Magnetics, steel: SteelModel, points: np.ndarray) -> Arrays:
     """Return the gains of steel and fixed dipoles; dipoles not marked as installed magnetize the steel too."""
-    field = steel.at(points, gradient=full)
+    field = steel.at(points, gradient=False)
     permanent, magnets = field.reaction_nt.copy(), np.zeros((len(points), 3, len(MAGNETS)))
     for dipole in magnetics.permanent:
         alone = dipole_field(np.array(dipole.position_m), np.array(dipole.moment_am2), points)
         permanent += alone
         if dipole.magnet is not None:
             magnets[:, :, list(MAGNETS).index(dipole.magnet)] += alone
-    return {
-        "permanent_nt": permanent,
-        "magnets_nt": magnets,
-        "induced": field.induced,
-        "induced_gradient": field.induced_gradient,
-    }
+    return {"permanent_nt": permanent, "magnets_nt": magnets, "induced": field.induced}
 
 
 def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
@@ -118,8 +107,7 @@ def coil_loops(coils: tuple[Coil, ...]) -> tuple[list[Loop], list[Coil]]:
     return loops, origins
 
 
-def _coils(aircraft: Vehicle, points: np.ndarray, *, full: bool) -> Arrays:
-    del full
+def _coils(aircraft: Vehicle, points: np.ndarray) -> Modes:
     loops, origins = coil_loops(aircraft.magnetics.coils)
     matrix = inductance_matrix(loops)
     resistance = np.zeros_like(matrix)
@@ -130,22 +118,15 @@ def _coils(aircraft: Vehicle, points: np.ndarray, *, full: bool) -> Arrays:
             resistance[i, i] = matrix[i, i] / coil.time_constant_s
     flux = np.array([loop.area_vector for loop in loops]).reshape(-1, 3)
     field = np.stack([loop.field(points) for loop in loops], axis=-1) if loops else np.zeros((len(points), 3, 0))
-    modes = reduce_to_modes(matrix, resistance, flux, field)
-    return _eddy_arrays(modes, np.zeros(len(points)))
+    return reduce_to_modes(matrix, resistance, flux, field)
 
 
-def _skin(aircraft: Vehicle, points: np.ndarray, *, full: bool) -> Arrays:
-    model = skin_model(aircraft)
-    error = model.truncation_error(points) if full else np.full(len(points), np.nan)
-    return _eddy_arrays(model.at(points), error)
+def _skin(aircraft: Vehicle, points: np.ndarray) -> Modes:
+    return skin_model(aircraft).at(points)
 
 
 def _wiring(magnetics: Magnetics, points: np.ndarray) -> Arrays:
     return {"wiring_nt_per_a": Wiring.of(magnetics).at(points)}
-
-
-def _eddy_arrays(modes: Modes, error: np.ndarray) -> Arrays:
-    return {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field, "eddy_error": error}
 
 
 def skin_model(aircraft: Vehicle) -> SkinModel:
@@ -166,12 +147,10 @@ def skin_model(aircraft: Vehicle) -> SkinModel:
 
 
 EDDY = {"coils": _coils, "skin": _skin}
-"""Models of eddy currents: each makes its arrays of the response from the aircraft and the places."""
+"""Models of eddy currents: each makes modes of the aircraft with their field at places."""
 
 
-def _solve(
-    aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel, eddy: str, *, full: bool = True
-) -> Arrays:
+def _solve(aircraft: Vehicle, places: Mapping[str, ArrayLike], steel: SteelModel, eddy: str) -> Arrays:
     """Compute the arrays of a response by name."""
     points = np.array(list(places.values()), dtype=float).reshape(-1, 3)
     _check_places(aircraft, places, steel)
@@ -179,8 +158,9 @@ def _solve(
     # LU, Cholesky and eigh give other last bits on another number of threads.
     with one_blas_thread():
         try:
-            arrays |= _fixed(aircraft.magnetics, steel, points, full=full)
-            arrays |= EDDY[eddy](aircraft, points, full=full)
+            arrays |= _fixed(aircraft.magnetics, steel, points)
+            modes = EDDY[eddy](aircraft, points)
+            arrays |= {"tau_s": modes.tau_s, "drive": modes.drive, "field": modes.field}
             arrays |= _wiring(aircraft.magnetics, points)
             arrays["hanging"] = hanging_gains(aircraft.magnetics, steel, points)
         except ValueError as error:
@@ -232,9 +212,7 @@ def compute_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResp
     return AircraftResponse(tuple(mounts), **_solve(aircraft, mounts, compute_steel(aircraft), model))
 
 
-def response_at(
-    aircraft: Vehicle, places: Mapping[str, ArrayLike], eddy: str | None = None, *, full: bool = True
-) -> AircraftResponse:
+def response_at(aircraft: Vehicle, places: Mapping[str, ArrayLike], eddy: str | None = None) -> AircraftResponse:
     """Return the response of an aircraft at any places; steel and skin are solved once and cached.
 
     The mesh of a skin is fine near the aircraft's own mounts; ``skin_model(...).resolved`` returns whether it is fine
@@ -248,9 +226,6 @@ def response_at(
         Body axes; by name.
     eddy : str, optional
         ``"skin"`` or ``"coils"``; see ``eddy_model``.
-    full : bool
-        Whether gradients and the error of the modes are asked for, which take two thirds of the time; else they are
-        NaN.
 
     Raises
     ------
@@ -258,7 +233,7 @@ def response_at(
         If a place is in or at the steel, a mount at the skin, steel parts touch, or a mesh is not sound.
     """
     model = eddy_model(aircraft, eddy)
-    return AircraftResponse(tuple(places), **_solve(aircraft, places, load_steel(aircraft), model, full=full))
+    return AircraftResponse(tuple(places), **_solve(aircraft, places, load_steel(aircraft), model))
 
 
 def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
@@ -278,12 +253,26 @@ def obstacles(aircraft: Vehicle, points: np.ndarray) -> list[str | None]:
     ]
 
 
-def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftResponse:
+def load_response(
+    aircraft: Vehicle, eddy: str | None = None, *, mounts: tuple[str, ...] | None = None
+) -> AircraftResponse:
     """Return the result of ``compute_response``, from the cache where it is known.
 
     The cache counts the source code of ``magsim.field`` into the key.
+
+    Parameters
+    ----------
+    aircraft : Vehicle
+    eddy : str, optional
+        ``"skin"`` or ``"coils"``; see ``eddy_model``.
+    mounts : tuple of str, optional
+        Those that are asked for, by default all. Of an individual others are left out: it is flown with few sensors,
+        and a type, whose response holds them all, with any.
     """
-    mounts, model = aircraft.mounts, eddy_model(aircraft, eddy)
+    model, names = eddy_model(aircraft, eddy), tuple(aircraft.mounts)
+    if mounts is not None and aircraft.nominal is not None:
+        names = tuple(name for name in names if name in mounts)
+    places = {name: aircraft.mounts[name] for name in names}
     # What is drawn alone does not count.
     key = {
         "magnetics": [
@@ -292,6 +281,8 @@ def load_response(aircraft: Vehicle, eddy: str | None = None) -> AircraftRespons
         ],
         "files": file_digests(aircraft),
         "eddy": model,
+        "mounts": names,
     }
-    arrays = cached("response", key, lambda: _solve(aircraft, mounts, load_steel(aircraft), model))
-    return AircraftResponse(tuple(mounts), **arrays)
+    return AircraftResponse(
+        names, **cached("response", key, lambda: _solve(aircraft, places, load_steel(aircraft), model))
+    )

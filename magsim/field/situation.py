@@ -1,17 +1,21 @@
 """What every part of the field is computed from: the flight at the simulation rate, and the aircraft's response."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from magsim.aircraft import Magnetics
+from magsim.earth import geodetic_from_ecef
 from magsim.field.response import AircraftResponse
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario
 from magsim.terrain import Ground
 from magsim.trajectory import Flight, Trajectory
+
+T = TypeVar("T")
 
 
 def used_mounts(scenario: Scenario, body: str = "carrier") -> tuple[str, ...]:
@@ -29,59 +33,108 @@ def simulation_times(flight: Flight) -> np.ndarray:
 
 
 @dataclass(frozen=True)
+class Passage:
+    """The way of one body through the Earth's field, sampled at the simulation rate.
+
+    It is all that the background depends on, but for the places in the body.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    flight : Flight
+        With the body as its carrier.
+    ground : Ground, optional
+        What ``[terrain]`` means; None without it.
+    time_s : (n,) [s]
+        At the simulation rate, over the whole logged span.
+    """
+
+    scenario: Scenario
+    flight: Flight
+    ground: Ground | None
+    time_s: np.ndarray
+    _known: dict[Hashable, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def once(self, key: Hashable, compute: Callable[[], T]) -> T:
+        """Return what depends on the passage and a key alone: computed once, for all aircraft that are on it."""
+        if key not in self._known:
+            self._known[key] = compute()
+        found: T = self._known[key]
+        return found
+
+    @property
+    def path(self) -> Trajectory:
+        """The motion of the body at its log times."""
+        return self.flight.carrier
+
+    @cached_property
+    def motion(self) -> Trajectory:
+        """The motion of the body at the samples."""
+        return self.path.at(self.time_s)
+
+    @cached_property
+    def alt_m(self) -> np.ndarray:
+        """Height of the body above the ellipsoid at the samples, (n,) [m]."""
+        return geodetic_from_ecef(self.path.motion_e_at(self.time_s)[0])[2]
+
+    @cached_property
+    def rot_nb(self) -> np.ndarray:
+        """Rotations from body axes to north-east-down, (n, 3, 3)."""
+        return rot_nb_from_attitude(self.motion.attitude)
+
+    @cached_property
+    def rot_be(self) -> np.ndarray:
+        """Rotations from Earth-fixed to body axes, (n, 3, 3)."""
+        return self.path.rot_be_at(self.time_s)
+
+
+@dataclass(frozen=True)
 class Situation:
     """A flight in the field, sampled at the simulation rate.
 
-    Makers of background parts return (n, s + 1, 3) [nT] in body axes, at the ``s`` mounts and last at the carrier's
-    reference point. Makers of the platform's parts return (n, s, 3) [nT] in body axes at the mounts.
+    Makers of the platform's parts return (n, s, 3) [nT] in body axes at the mounts.
 
     Attributes
     ----------
     scenario : Scenario
     magnetics : Magnetics
-    flight : Flight
     response : AircraftResponse
-    ground : Ground, optional
-        What ``[terrain]`` means; None without it.
+    passage : Passage
     mounts : tuple of str
         The ``s`` mounts that carry a sensor.
-    time_s : (n,) [s]
-        At the simulation rate, over the whole logged span.
-    motion : Trajectory
-        The carrier at these times.
-    background : mapping of str to (n, s + 1, 3) [nT]
-        The background parts, once they are known.
+    background : mapping of str to (n, s, 3) [nT]
+        The background parts in body axes, once they are known.
+    ambient_b : (n, 3) [nT]
+        ``B_0``: the whole background at the reference point, body axes.
     """
 
     scenario: Scenario
     magnetics: Magnetics
-    flight: Flight
     response: AircraftResponse
-    ground: Ground | None
+    passage: Passage
     mounts: tuple[str, ...]
-    time_s: np.ndarray
-    motion: Trajectory
     background: Mapping[str, np.ndarray]
+    ambient_b: np.ndarray
 
-    @classmethod
-    def of(
-        cls,
-        scenario: Scenario,
-        magnetics: Magnetics,
-        flight: Flight,
-        response: AircraftResponse,
-        ground: Ground | None = None,
-        *,
-        mounts: tuple[str, ...] | None = None,
-        time_s: np.ndarray | None = None,
-    ) -> "Situation":
-        """Return the situation of a flight, without background.
+    @property
+    def flight(self) -> Flight:
+        """The flight, with the body as its carrier."""
+        return self.passage.flight
 
-        By default at the mounts of the carrier's sensors and at the times of the flight.
-        """
-        time_s = simulation_times(flight) if time_s is None else time_s
-        mounts, motion = used_mounts(scenario) if mounts is None else mounts, flight.carrier.at(time_s)
-        return cls(scenario, magnetics, flight, response, ground, mounts, time_s, motion, {})
+    @property
+    def time_s(self) -> np.ndarray:
+        """Times of the samples, (n,) [s]."""
+        return self.passage.time_s
+
+    @property
+    def motion(self) -> Trajectory:
+        """The motion of the body at the samples."""
+        return self.passage.motion
+
+    @property
+    def rot_nb(self) -> np.ndarray:
+        """Rotations from body axes to north-east-down, (n, 3, 3)."""
+        return self.passage.rot_nb
 
     @property
     def step_s(self) -> float:
@@ -97,21 +150,3 @@ class Situation:
     def positions_m(self) -> np.ndarray:
         """Places of the mounts, (s, 3) [m] body axes from the datum."""
         return self.response.positions_m[self.rows]
-
-    @cached_property
-    def arms_b(self) -> np.ndarray:
-        """From the reference point to each mount and, last, to itself, (s + 1, 3) [m]."""
-        return np.vstack([self.positions_m - self.motion.reference_b, np.zeros(3)])
-
-    @cached_property
-    def rot_nb(self) -> np.ndarray:
-        """Rotations from body axes to north-east-down, (n, 3, 3)."""
-        return rot_nb_from_attitude(self.motion.attitude)
-
-    @cached_property
-    def ambient_b(self) -> np.ndarray:
-        """``B_0``: the whole background at the reference point, (n, 3) [nT] body axes."""
-        out = np.zeros((len(self.time_s), 3))
-        for part in self.background.values():
-            out += part[:, -1]
-        return out

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from magsim import columns
-from magsim.earth import rot_ne_at, transport_rate
+from magsim.earth import geodetic_from_ecef, rot_ne_at
 from magsim.earth.gravity import SPIN_RADPS, gravity_n
-from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
+from magsim.frames import rotate, rotate_back
 from magsim.scenario import Ins
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.clocks import instants
@@ -32,15 +31,14 @@ LARGEST_MULTIPLE = 8
 """Most samples for each row of the log that are tried to meet the rows of the recording."""
 
 
-def specific_force(log: Trajectory, path: Trajectory) -> np.ndarray:
+def specific_force(log: Trajectory, time_s: np.ndarray) -> np.ndarray:
     """Return the readings of ideal accelerometers at the reference point.
 
     Parameters
     ----------
     log : Trajectory
-        The motion with all its rows: the derivative of its velocity is the acceleration.
-    path : Trajectory
-        The same motion at the instants that are asked for.
+        The derivative of its velocity is the acceleration.
+    time_s : (m,) [s]
 
     Returns
     -------
@@ -48,17 +46,17 @@ def specific_force(log: Trajectory, path: Trajectory) -> np.ndarray:
         Body axes: ``a_e + 2 w x v_e - g``, with the acceleration and velocity over the turning Earth and normal gravity
         (Groves, Principles of GNSS, eq. 5.35).
     """
-    velocity_e = CubicSpline(log.time_s, rotate_back(rot_ne_at(log.lat_rad, log.lon_rad), log.velocity_n))
-    force_e = velocity_e(path.time_s, 1) + 2.0 * np.cross([0.0, 0.0, SPIN_RADPS], velocity_e(path.time_s))
-    force_n = rotate(rot_ne_at(path.lat_rad, path.lon_rad), force_e) - gravity_n(path.lat_rad, path.alt_m)
-    return rotate_back(rot_nb_from_attitude(path.attitude), force_n)
+    place_e, velocity_e = log.motion_e_at(time_s)
+    _, acceleration_e = log.motion_e_at(time_s, order=1)
+    lat, lon, alt = geodetic_from_ecef(place_e)
+    gravity_e = rotate_back(rot_ne_at(lat, lon), gravity_n(lat, alt))
+    force_e = acceleration_e + 2.0 * np.cross([0.0, 0.0, SPIN_RADPS], velocity_e) - gravity_e
+    return rotate(log.rot_be_at(time_s), force_e)
 
 
-def inertial_rate(path: Trajectory) -> np.ndarray:
-    """Return the readings of ideal gyros: the rate relative to the stars, body axes, (n, 3) [rad/s]."""
-    turning_n = transport_rate(path.lat_rad, path.alt_m, path.velocity_n)
-    turning_n += SPIN_RADPS * np.column_stack([np.cos(path.lat_rad), np.zeros(len(path)), -np.sin(path.lat_rad)])
-    return path.rate_b + rotate_back(rot_nb_from_attitude(path.attitude), turning_n)
+def inertial_rate(log: Trajectory, time_s: np.ndarray) -> np.ndarray:
+    """Return the readings of ideal gyros: the rate relative to the stars, body axes, (m, 3) [rad/s]."""
+    return log.rate_eb_at(time_s) + SPIN_RADPS * log.rot_be_at(time_s)[:, :, 2]
 
 
 def load_factor(log: Trajectory, time_s: np.ndarray) -> np.ndarray:
@@ -69,7 +67,7 @@ def load_factor(log: Trajectory, time_s: np.ndarray) -> np.ndarray:
     log : Trajectory
     time_s : (m,) [s]
     """
-    return -specific_force(log, log.at(time_s))[:, 2] / G0
+    return -specific_force(log, time_s)[:, 2] / G0
 
 
 def placed(ins: Ins, log: Trajectory) -> Trajectory:
@@ -145,8 +143,7 @@ def samples_of(log: Trajectory, rows: Acquisition) -> tuple[np.ndarray, Acquisit
     rate_hz = factor * rows.rate_out_hz
     first, last = math.ceil(log.time_s[0] * rate_hz), math.floor(log.time_s[-1] * rate_hz)
     time_s = np.arange(first, last + 1) / rate_hz
-    path = log.at(time_s)
-    samples = np.hstack([specific_force(log, path), np.degrees(inertial_rate(path))])
+    samples = np.hstack([specific_force(log, time_s), np.degrees(inertial_rate(log, time_s))])
     return samples, Acquisition.of(time_s, rows.time_s[-1], rate_hz, rows.rate_out_hz)
 
 

@@ -132,11 +132,28 @@ class Decimator:
         table = values.reshape(len(values), -1)
         out = np.empty((rows, table.shape[1]))
         for column in range(table.shape[1]):
-            out[:, column] = self._column(np.ascontiguousarray(table[:, column]), first, rows)
+            out[:, column] = self._column(table[:, column], first - self.half, rows)
         return out.reshape(rows, *values.shape[1:])
 
-    def _column(self, values: np.ndarray, first: int, rows: int) -> np.ndarray:
-        """One contiguous column: a sum of products for each output row, without BLAS."""
-        start, stop = first - self.half, first + (rows - 1) * self.factor + self.half + 1
-        windows = np.lib.stride_tricks.sliding_window_view(values[start:stop], len(self.taps))
-        return np.einsum("nk,k->n", windows[:: self.factor], self.taps)
+    @cached_property
+    def _phases(self) -> np.ndarray:
+        """The impulse response in blocks of as many taps as an output row has samples, filled up by zeros, (b, f)."""
+        blocks = -(-len(self.taps) // self.factor)
+        return np.pad(self.taps, (0, blocks * self.factor - len(self.taps))).reshape(blocks, self.factor)
+
+    def _column(self, values: np.ndarray, start: int, rows: int) -> np.ndarray:
+        """One column from a sample on: every block of taps times every block of samples, summed along the diagonals.
+
+        Of all ways to the same sums of products it is the fastest; each product sums over one block.
+        """
+        if values.strides[0] == 0:  # a constant, repeated without memory
+            return np.repeat(self._column(values[: len(self.taps)].copy(), 0, 1), rows)
+        blocks = len(self._phases)
+        samples = values[start : start + (rows + blocks - 1) * self.factor]
+        missing = (rows + blocks - 1) * self.factor - len(samples)
+        samples = np.concatenate([samples, np.zeros(missing)]) if missing else np.ascontiguousarray(samples)
+        products = self._phases @ samples.reshape(-1, self.factor).T
+        out = products[0, :rows].copy()
+        for j in range(1, blocks):
+            out += products[j, j : j + rows]
+        return out

@@ -83,8 +83,36 @@ class FlightInputs:
 
 
 @dataclass(frozen=True)
+class BackgroundInputs:
+    """What the background of a flight depends on beside the flight: nothing of the aircraft, no instrument.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        That of ``FlightInputs``, with the tables of the background.
+    ground : Ground, optional
+    """
+
+    scenario: Scenario
+    ground: Ground | None
+
+    @classmethod
+    def of(cls, loaded: LoadedScenario) -> "BackgroundInputs":
+        """Return the inputs of a scenario's background."""
+        field = loaded.scenario.field
+        tables = {name: getattr(field, name) for name in ("earth", "crust", "targets", "variation", "swell")}
+        scenario = FlightInputs.of(loaded).scenario
+        return cls(scenario.model_copy(update={"field": FieldSettings().model_copy(update=tables)}), loaded.ground)
+
+    @cached_property
+    def key(self) -> str:
+        """Digest of all inputs."""
+        return _digest(self.scenario, self.ground)
+
+
+@dataclass(frozen=True)
 class FieldInputs:
-    """What the true field of a flight depends on beside the flight: of the instruments, their mounts alone.
+    """What the true field of a flight depends on beside flight and background: of the instruments, their mounts alone.
 
     Attributes
     ----------
@@ -92,25 +120,23 @@ class FieldInputs:
         Without title, and with mounts in place of instruments.
     aircraft : Aircraft
     bird : Bird, optional
-    ground : Ground, optional
     """
 
     scenario: Scenario
     aircraft: Aircraft
     bird: Bird | None
-    ground: Ground | None
 
     @classmethod
     def of(cls, loaded: LoadedScenario) -> "FieldInputs":
         """Return the inputs of a scenario's field."""
         scenario = loaded.scenario
         settings = {"title": "", "sensors": _mounts_of(scenario.sensors)}
-        return cls(scenario.model_copy(update=settings), loaded.aircraft, loaded.bird, loaded.ground)
+        return cls(scenario.model_copy(update=settings), loaded.aircraft, loaded.bird)
 
     @cached_property
     def key(self) -> str:
         """Digest of all inputs."""
-        return _digest(self.scenario, self.aircraft, self.bird, self.ground)
+        return _digest(self.scenario, self.aircraft, self.bird)
 
 
 def _without_metal(vehicle: V) -> V:

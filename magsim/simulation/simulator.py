@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from magsim.errors import RequestError
-from magsim.field import compute_field, compute_tow_field
+from magsim.field import Background, backgrounds_of, compute_field, compute_tow_field
 from magsim.flight import check_over_sea, fly
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
-from magsim.simulation.dependence import FieldInputs, FlightInputs
+from magsim.simulation.dependence import BackgroundInputs, FieldInputs, FlightInputs
 from magsim.simulation.recording import record
 from magsim.threads import one_blas_thread
 from magsim.trajectory import Flight
@@ -42,9 +42,9 @@ class Last(Generic[T]):
 class Simulator:
     """Simulates scenarios, and flies and computes only what differs from the scenario before.
 
-    Each recording is to the last bit the one that ``magsim.simulate`` returns. The last flight and the last field are
-    kept under digests of all that they depend on (``magsim.simulation.dependence``): scenarios that differ in the
-    magnetic aircraft share a flight, those that differ in errors of instruments a field, too.
+    Each recording is to the last bit the one that ``magsim.simulate`` returns. The last flight, its background and its
+    field are kept under digests of all that they depend on (``magsim.simulation.dependence``): scenarios that differ
+    in the magnetic aircraft share flight and background, those that differ in errors of instruments the field, too.
 
     Examples
     --------
@@ -55,6 +55,7 @@ class Simulator:
 
     def __init__(self) -> None:
         self._flight: Last[Flight] = Last()
+        self._backgrounds: Last[dict[str, Background]] = Last()
         self._truths: Last[dict[str, FieldTruth]] = Last()
 
     def simulate(self, loaded: LoadedScenario, *, progress: Progress | None = None) -> Recording:
@@ -102,8 +103,14 @@ class Simulator:
         self, loaded: LoadedScenario, flight: Flight, flight_key: str, report: Share
     ) -> Mapping[str, FieldTruth]:
         """Return the true field of a flight."""
-        inputs = FieldInputs.of(loaded)
-        truths = self._truths.get(f"{flight_key} {inputs.key}", lambda: compute_inputs(inputs, flight, report))
+        around, inputs = BackgroundInputs.of(loaded), FieldInputs.of(loaded)
+        key = f"{flight_key} {around.key}"
+
+        def compute() -> dict[str, FieldTruth]:
+            known = self._backgrounds.get(key, lambda: backgrounds_of(around.scenario, flight, around.ground))
+            return compute_inputs(inputs, flight, known, report)
+
+        truths = self._truths.get(f"{key} {inputs.key}", compute)
         report(1.0)
         return truths
 
@@ -120,17 +127,22 @@ def fly_inputs(inputs: FlightInputs, report: Share | None = None) -> Flight:
     )
 
 
-def compute_inputs(inputs: FieldInputs, flight: Flight, report: Share | None = None) -> dict[str, FieldTruth]:
+def compute_inputs(
+    inputs: FieldInputs, flight: Flight, backgrounds: Mapping[str, Background], report: Share | None = None
+) -> dict[str, FieldTruth]:
     """Compute the true field of a flight from what it depends on."""
-    scenario, aircraft, ground = inputs.scenario, inputs.aircraft, inputs.ground
-    if inputs.bird is None:
-        return {"carrier": compute_field(scenario, aircraft, flight, ground=ground, progress=report)}
-    return compute_tow_field(scenario, aircraft, inputs.bird, flight, ground=ground, progress=report)
+    scenario, aircraft, bird = inputs.scenario, inputs.aircraft, inputs.bird
+    if bird is None:
+        carrier = compute_field(scenario, aircraft, flight, background=backgrounds["carrier"], progress=report)
+        return {"carrier": carrier}
+    return compute_tow_field(scenario, aircraft, bird, flight, backgrounds=backgrounds, progress=report)
 
 
 def compute_fields(loaded: LoadedScenario, flight: Flight, *, progress: Share | None = None) -> dict[str, FieldTruth]:
     """Return the true field of a finished flight by what carries the sensors: ``carrier``, and ``bird`` with a tow."""
-    return compute_inputs(FieldInputs.of(loaded), flight, progress)
+    around = BackgroundInputs.of(loaded)
+    backgrounds = backgrounds_of(around.scenario, flight, around.ground)
+    return compute_inputs(FieldInputs.of(loaded), flight, backgrounds, progress)
 
 
 def _step(progress: Progress | None, name: str) -> Share:

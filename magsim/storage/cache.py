@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import re
+from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from functools import partial
@@ -28,6 +29,11 @@ Report = Callable[[str, float], None]
 """Called with the kind of a result and its share done, 0 or 1."""
 
 _REPORT: ContextVar[Report | None] = ContextVar("report", default=None)
+
+RECENT = 2
+"""Most results of one kind that ``kept`` holds in memory."""
+
+_recent: dict[str, OrderedDict[tuple[Path | None, str], dict[str, np.ndarray]]] = {}
 
 _CHECKSUM = "checksum"
 _KIND = re.compile(r"[a-z][a-z0-9_-]*")
@@ -60,10 +66,7 @@ def cached(
     if not _KIND.fullmatch(kind):
         msg = f"{kind!r} cannot name a folder of the cache; allowed: {_KIND.pattern}"
         raise ValueError(msg)
-    folder = cache_folder()
-    name = hashlib.sha256(
-        "\0".join([str(FORMAT), kind, _canonical(key), _source(make), _machine()]).encode()
-    ).hexdigest()
+    folder, name = cache_folder(), _name(kind, key, make)
     path = folder / kind / f"{name}.npz" if folder else None
     if path is not None:
         stored = _read(path)
@@ -95,6 +98,28 @@ def reported(report: Report) -> Iterator[None]:
         yield
     finally:
         _REPORT.reset(token)
+
+
+def kept(
+    kind: str, key: Mapping[str, object] | str, make: Callable[[], dict[str, np.ndarray]]
+) -> dict[str, np.ndarray]:
+    """Return the result of ``cached``; this process keeps the last ``RECENT`` of a kind in memory, too.
+
+    For what one simulation after another needs: reading and checking an entry takes longer than some of them.
+    """
+    recent, name = _recent.setdefault(kind, OrderedDict()), (cache_folder(), _name(kind, key, make))
+    if name not in recent:
+        recent[name] = cached(kind, key, make)
+    recent.move_to_end(name)
+    while len(recent) > RECENT:
+        recent.popitem(last=False)
+    return dict(recent[name])
+
+
+def _name(kind: str, key: Mapping[str, object] | str, make: Callable[..., object]) -> str:
+    """Return the name of an entry: a digest of all that it depends on."""
+    parts = [str(FORMAT), kind, _canonical(key), _source(make), _machine()]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def cache_folder() -> Path | None:

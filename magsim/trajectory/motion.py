@@ -127,14 +127,26 @@ class AttitudeCurve:
         rate_eb_b : (m, 3) [rad/s]
             Angular rate of the body relative to the Earth, body axes.
         """
-        turned, turning = self._curve(time_s), self._curve(time_s, 1)
+        turned = self._curve(time_s)
         attitude = attitude_from_quaternion_nb(
             quaternion_product(quaternion_inverse(quaternion_en_at(lat_rad, lon_rad)), turned)
         )
         near = np.interp(time_s, self._time_s, self._heading)
         attitude[:, 2] += 2.0 * np.pi * np.round((near - attitude[:, 2]) / (2.0 * np.pi))
+        return attitude, self.rate_eb_at(time_s)
+
+    def rate_eb_at(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the angular rate of the body relative to the Earth at given times, body axes, (m, 3) [rad/s]."""
+        turned, turning = self._curve(time_s), self._curve(time_s, 1)
         rate = quaternion_product(quaternion_inverse(turned), turning)[:, 1:]
-        return attitude, 2.0 * rate / np.sum(turned * turned, axis=-1, keepdims=True)
+        return 2.0 * rate / np.sum(turned * turned, axis=-1, keepdims=True)
+
+    def rot_be_at(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the rotations from Earth-fixed to body axes at given times, (m, 3, 3)."""
+        # numba takes half a second to import
+        from magsim.trajectory.curves import rotations_on
+
+        return rotations_on(self._curve.c, self._curve.x, np.asarray(time_s, dtype=float))
 
 
 @dataclass(frozen=True)
@@ -267,6 +279,44 @@ class Trajectory:
             msg = f"times {time_s.min()}..{time_s.max()} s leave the logged {self.time_s[0]}..{self.time_s[-1]} s"
             raise ValueError(msg)
         return time_s
+
+    def motion_e_at(self, time_s: np.ndarray, *, order: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Return place and velocity of the reference point at other times, Earth-fixed axes, (m, 3) each [m], [m/s].
+
+        Parameters
+        ----------
+        time_s : (m,) [s]
+            Inside the logged span.
+        order : int
+            Of the time derivative of both.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        rows = self._path(self.inside(time_s), order)
+        return rows[:, :3], rows[:, 3:]
+
+    def rate_eb_at(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the angular rate relative to the Earth at other times inside the logged span, body axes, (m, 3).
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        return self._turning.rate_eb_at(self.inside(time_s))
+
+    def rot_be_at(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the rotations from Earth-fixed to body axes at other times inside the logged span, (m, 3, 3).
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the logged span.
+        """
+        return self._turning.rot_be_at(self.inside(time_s))
 
     def at(self, time_s: np.ndarray) -> "Trajectory":
         """Return the motion at other times inside the logged span.

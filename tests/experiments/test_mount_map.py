@@ -71,7 +71,7 @@ def errors(aircraft: Aircraft, recording: Recording, **settings: dict) -> dict[s
     """Error of the predicted signature at each sensor, over the standard deviation of the projection that was flown."""
     places = {sensor: aircraft.mounts[mount] for sensor, mount in MOUNTS.items()}
     series = FlightSeries(recording, aircraft, FieldSettings.model_validate(settings))
-    found = series.signatures(response_at(aircraft, places, full=False))
+    found = series.signatures(response_at(aircraft, places))
     rows = signals.off_ends(recording.time_s) & (recording["turn"] == 0) & (recording["maneuver"] != 0)
     out = {}
     for row, sensor in enumerate(places):
@@ -97,7 +97,7 @@ def test_the_signature_row_by_row_with_propeller_and_memory(aircraft, recording)
 def test_parts_scale_as_in_a_scenario(aircraft, recording):
     """Every part, linear and turning, is multiplied by its scale; the sum over parts is the whole."""
     places = {"cabin": aircraft.mounts["cabin_center"]}
-    response = response_at(aircraft, places, full=False)
+    response = response_at(aircraft, places)
 
     def signature(**scales: float) -> np.ndarray:
         settings = {name: {"enabled": name in scales, "scale": scales.get(name, 1.0)} for name in PARTS}

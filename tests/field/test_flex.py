@@ -7,8 +7,9 @@ import pytest
 
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.field import compute_field, load_response, response_at
+from magsim.field.composition import backgrounds_of, situation_of
 from magsim.field.flex import Bending
-from magsim.field.situation import Situation
+from magsim.field.situation import used_mounts
 from magsim.frames import turned_back
 from magsim.scenario import Scenario
 from magsim.sensors import Acquisition
@@ -68,8 +69,8 @@ def with_stiff_cabin(aircraft: Aircraft) -> Aircraft:
 
 
 def bending_of(scenario: Scenario, aircraft: Aircraft, flight: Flight) -> Bending:
-    situation = Situation.of(scenario, aircraft.magnetics, flight, load_response(aircraft))
-    return Bending.of(situation)
+    background = backgrounds_of(scenario, flight)["carrier"]
+    return Bending.of(situation_of(scenario, aircraft, load_response(aircraft), background, used_mounts(scenario)))
 
 
 def test_off_by_default_and_rigid_where_no_mode_is_told(aircraft: Aircraft, flight: Flight) -> None:

@@ -6,9 +6,9 @@ from scipy.interpolate import CubicSpline
 from magsim.aircraft import Aircraft, Bird, Magnetics, load_aircraft, load_bird
 from magsim.earth import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.field import load_response
-from magsim.field.composition import with_background
+from magsim.field.composition import backgrounds_of, situation_of
 from magsim.field.excitation import FlightExcitation
-from magsim.field.situation import Situation
+from magsim.field.situation import Situation, used_mounts
 from magsim.frames import rot_nb_from_attitude
 from magsim.scenario import Scenario
 from magsim.terrain import TangentPlane
@@ -175,10 +175,10 @@ def flown(rope_m: float, trail_deg: float = 12.0, rate_hz: float = BODY_HZ) -> F
 
 def both(scenario: Scenario, toy: Aircraft, bird: Bird, flight: Flight) -> tuple[FlightExcitation, Situation]:
     """The excitation of the carrier and the situation of the bird, both with their background."""
-    carrier = with_background(Situation.of(scenario, toy.magnetics, flight, load_response(toy)))
-    mounts, time = ("nose", "tail_boom"), carrier.time_s
-    below = Situation.of(scenario, bird.magnetics, flight.of_bird(), load_response(bird), mounts=mounts, time_s=time)
-    return FlightExcitation(carrier), with_background(below)
+    known = backgrounds_of(scenario, flight)
+    carrier = situation_of(scenario, toy, load_response(toy), known["carrier"], used_mounts(scenario))
+    below = situation_of(scenario, bird, load_response(bird), known["bird"], ("nose", "tail_boom"))
+    return FlightExcitation(carrier), below
 
 
 def turns(path: Trajectory) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.field.metal.coils import Loop, inductance_matrix
-from magsim.field.metal.eddy import Modes, reduce_to_modes, slow_limit, slow_states, states, step_rate
+from magsim.field.metal.eddy import Modes, reduce_to_modes, slow_limit, slow_states, states
 from magsim.field.stepping import derivative
 
 TAU = 0.010
@@ -71,11 +71,17 @@ def test_no_circuit_makes_no_field() -> None:
     np.testing.assert_array_equal(slow_limit(modes), np.zeros((2, 3, 3)))
 
 
+def stepped(tau: float, rate: np.ndarray, step_s: float) -> np.ndarray:
+    """The state of one mode that the field along x drives."""
+    one = Modes(np.array([tau]), np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3, 1)))
+    return states(one, np.column_stack([rate, np.zeros((len(rate), 2))]), step_s)[:, 0]
+
+
 def test_steps_is_exact_on_a_broken_line() -> None:
     """A derivative at rest that starts to climb: q = -slope (t - tau (1 - exp(-t / tau)))."""
     step, slope = 1.0 / 120.0, 3.0
     time = np.arange(-20, 200) * step
-    got = step_rate(TAU, slope * np.maximum(time, 0.0), step)
+    got = stepped(TAU, slope * np.maximum(time, 0.0), step)
     after = time.clip(0.0)
     np.testing.assert_allclose(got, -slope * (after + TAU * np.expm1(-after / TAU)), atol=1e-12 * slope)
 
@@ -83,7 +89,7 @@ def test_steps_is_exact_on_a_broken_line() -> None:
 def test_steps_starts_without_a_transient() -> None:
     step = 1.0 / 120.0
     time = np.arange(0, 600) * step
-    got = step_rate(TAU, 2.0 + 3.0 * time, step)
+    got = stepped(TAU, 2.0 + 3.0 * time, step)
     np.testing.assert_allclose(got, -(2.0 + 3.0 * (time - TAU)), rtol=1e-12)
 
 
@@ -91,7 +97,7 @@ def _sine_error(tau: float, frequency_hz: float, rate_hz: float) -> float:
     """Largest error over the amplitude of the steady answer to a sine."""
     omega = 2.0 * np.pi * frequency_hz
     time = np.arange(int(20.0 * rate_hz)) / rate_hz
-    got = step_rate(tau, omega * np.cos(omega * time), 1.0 / rate_hz)
+    got = stepped(tau, omega * np.cos(omega * time), 1.0 / rate_hz)
     gain = -1j * omega / (1.0 + 1j * omega * tau)
     exact = np.imag(gain * np.exp(1j * omega * time))
     settled = time > 5.0

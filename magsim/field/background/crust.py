@@ -11,15 +11,17 @@ for self-similar magnetization; Maus and Dimri 1995, unchecked) and is seen from
 ``exp(-2 k depth)`` of it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from magsim.arrays import readonly
 from magsim.earth import LocalFrame
 from magsim.errors import DataError
-from magsim.field.background.path import Knots, along_path, in_body, longest
-from magsim.field.situation import Situation
+from magsim.field.background.path import Knots, Places, along_path, knots_of
+from magsim.field.situation import Passage
 from magsim.planning import shortest_crust_m
 from magsim.scenario import Scenario
 from magsim.streams import stream
@@ -179,23 +181,27 @@ def crust_of(scenario: Scenario, ground: Ground | None) -> CrustField:
     return CrustField(LocalFrame(lat, lon, plane_m), modes)
 
 
-def crust(situation: Situation) -> np.ndarray:
-    """Return the crustal field in body axes, evaluated along each mount's own path, (n, s + 1, 3) [nT].
+def crust(passage: Passage) -> Callable[[Places], np.ndarray]:
+    """Return the crustal field in body axes, evaluated along each place's own path, (p, n, 3) [nT].
 
     Raises
     ------
     DataError
         If the flight goes below the plane ``h = 0``.
     """
-    field, carrier = crust_of(situation.scenario, situation.ground), situation.flight.carrier
+    field = crust_of(passage.scenario, passage.ground)
 
-    def bounds(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
-        height = field.height(knots.center_e)
-        check_above(height, knots.time_s, field)
-        lowest = np.maximum(height - longest(situation.arms_b), 0.0)
-        return field.modes.steepest(lowest, 1), field.modes.steepest(lowest, 4)
+    @cache
+    def knots(reach_m: float) -> np.ndarray:
+        def bounds(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
+            height = field.height(knots.center_e)
+            check_above(height, knots.time_s, field)
+            lowest = np.maximum(height - reach_m, 0.0)
+            return field.modes.steepest(lowest, 1), field.modes.steepest(lowest, 4)
 
-    return in_body(situation, along_path(carrier, situation.arms_b, situation.time_s, field.field_e, bounds))
+        return knots_of(passage.path, reach_m, passage.time_s, bounds)
+
+    return lambda places: along_path(passage, places, knots(places.reach_m), field.field_e)
 
 
 def check_above(height_m: np.ndarray, time_s: np.ndarray, field: CrustField) -> None:

@@ -10,17 +10,19 @@ same.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.arrays import readonly
-from magsim.earth import LocalFrame, ecef_from_geodetic, radii_of_curvature, rot_ne_at
-from magsim.field.background.main_field import KNOT_HZ
-from magsim.field.background.path import in_body
-from magsim.field.background.waves import SYMMETRIC_3, Waves, derivatives, draw_waves, unpacked
-from magsim.field.situation import Situation
+from magsim.earth import LocalFrame, radii_of_curvature
+from magsim.field.background.main_field import knots_along
+from magsim.field.background.path import Places
+from magsim.field.background.waves import SYMMETRIC_3, Waves, derivatives, draw_waves
+from magsim.field.kernels import expanded_in_body
+from magsim.field.situation import Passage
 from magsim.scenario import Scenario
 from magsim.streams import stream
 
@@ -142,32 +144,20 @@ def vector_along(departure: DepartureField, scenario: Scenario, time_s: np.ndarr
     return CubicSpline(knots, departure.vector_e(scenario.start.time_utc.timestamp() + knots))(time_s)
 
 
-def departure(situation: Situation) -> np.ndarray:
-    """Return the departure in body axes, by its derivatives at each mount, (n, s + 1, 3) [nT].
+def departure(passage: Passage) -> Callable[[Places], np.ndarray]:
+    """Return the departure in body axes, by its derivatives at each place, (p, n, 3) [nT].
 
     To second order: at the end of an arm of 11 m the third leaves 2e-5 nT of a wave of 5 km and 45 nT.
     """
-    scenario, time_s, arms_b = situation.scenario, situation.time_s, situation.arms_b
-    field = departure_of(scenario)
-    count = max(8, math.ceil((time_s[-1] - time_s[0]) * KNOT_HZ) + 1)
-    knots = np.linspace(time_s[0], time_s[-1], count)
-    path = situation.flight.carrier.at(knots)
-    value, gradient, second = field.expanded(ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m))
+    scenario, time_s = passage.scenario, passage.time_s
+    field, knots = departure_of(scenario), knots_along(time_s)
+    value, gradient, second = field.expanded(passage.path.motion_e_at(knots)[0])
     rows, columns = np.triu_indices(3)
     triples = np.array(SYMMETRIC_3).T
+    value = value + vector_along(field, scenario, knots)
     packed = np.column_stack([value, gradient[:, rows, columns], second[:, triples[0], triples[1], triples[2]]])
-    table = CubicSpline(knots, packed)(time_s)
-    gradient = np.empty((len(time_s), 3, 3))
-    gradient[:, rows, columns] = gradient[:, columns, rows] = table[:, 3:9]
-    second = unpacked(table[:, 9:])
-    rot_ne = rot_ne_at(situation.motion.lat_rad, situation.motion.lon_rad)
-    rot_be = np.einsum("nij,nik->njk", situation.rot_nb, rot_ne)
-    out = np.repeat((table[:, :3] + vector_along(field, scenario, time_s))[:, None, :], len(arms_b), axis=1)
-    for s, arm_b in enumerate(arms_b[:-1]):
-        arm_e = np.einsum("nji,j->ni", rot_be, arm_b)
-        slope = gradient + 0.5 * np.einsum("nijk,nk->nij", second, arm_e)
-        out[:, s] += np.einsum("nij,nj->ni", slope, arm_e)
-    return in_body(situation, out)
+    curve = CubicSpline(knots, packed).c
+    return lambda places: expanded_in_body(curve, knots, time_s, passage.rot_be, places.arms_b)
 
 
 def departure_at(scenario: Scenario, place: LocalFrame, time_s: np.ndarray) -> np.ndarray:

@@ -1,16 +1,18 @@
 """The Earth's main field along a flight, at each sensor's own place."""
 
+from collections.abc import Callable
 from datetime import timedelta
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth import decimal_year, decimal_years, igrf
-from magsim.earth.grid import grid_turn_of, rot_level
-from magsim.earth.igrf import igrf14
+from magsim.earth.igrf import field_of_model, igrf14
 from magsim.errors import DataError
-from magsim.field.situation import Situation
-from magsim.frames import rotate, rotate_back
+from magsim.field.background.path import Places
+from magsim.field.kernels import expanded_in_body
+from magsim.field.situation import Passage
+from magsim.frames import rotate_back
 from magsim.scenario import Scenario
 from magsim.trajectory import Trajectory
 
@@ -42,48 +44,31 @@ def years_of(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
     return year
 
 
-def earth_along(
-    scenario: Scenario, carrier: Trajectory, time_s: np.ndarray, *, knot_hz: float = KNOT_HZ
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return IGRF-14 at the carrier's reference point, by cubic splines through few knots of place and time.
+def earth_along(scenario: Scenario, path: Trajectory, time_s: np.ndarray) -> CubicSpline:
+    """Return IGRF-14 along a path with its gradient, on cubic splines through few knots of place and time.
 
     Parameters
     ----------
     scenario : Scenario
         Gives the time of row 0.
-    carrier : Trajectory
+    path : Trajectory
     time_s : (n,) [s]
-    knot_hz : float
-        Knots per second.
+        From the first to the last of these.
 
     Returns
     -------
-    field_n : (n, 3) [nT]
-        North, east, down.
-    gradient_n : (n, 3, 3) [nT/m]
+    CubicSpline
+        (9,) at each time: field [nT] and the gradient's entries in the order of ``harmonics.PAIRS`` [nT/m], Earth-fixed
+        axes. The gradient has no curl: six numbers hold it.
     """
-    count = max(8, int(np.ceil((time_s[-1] - time_s[0]) * knot_hz)) + 1)
-    knots = np.linspace(time_s[0], time_s[-1], count)
-    path = carrier.at(knots)
+    knots = knots_along(time_s)
     year = years_of(scenario, knots)
-    field, gradient = igrf(path.lat_rad, path.lon_rad, path.alt_m, year, gradient=True)
-    grid = grid_turn_of(path.lat_rad)
-    if grid:
-        field, gradient = _turned(grid * path.lon_rad, field, gradient)
-    # The gradient has no curl: six numbers hold it.
-    rows, columns = np.triu_indices(3)
-    table = CubicSpline(knots, np.column_stack([field, gradient[:, rows, columns]]))(time_s)
-    full = np.empty((len(time_s), 3, 3))
-    full[:, rows, columns] = full[:, columns, rows] = table[:, 3:]
-    if grid:
-        return _turned(-grid * carrier.at(time_s).lon_rad, table[:, :3], full)
-    return table[:, :3], full
+    return CubicSpline(knots, field_of_model(path.motion_e_at(knots)[0], year, igrf14(), gradient=True))
 
 
-def _turned(angle_rad: np.ndarray, field_n: np.ndarray, gradient_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return field and gradient in horizontal directions turned clockwise: grid directions near the poles."""
-    rot = rot_level(angle_rad)
-    return rotate(rot, field_n), np.einsum("nij,njk,nlk->nil", rot, gradient_n, rot)
+def knots_along(time_s: np.ndarray) -> np.ndarray:
+    """Return evenly spaced knots from the first to the last sample, (k,) [s]."""
+    return np.linspace(time_s[0], time_s[-1], max(8, int(np.ceil((time_s[-1] - time_s[0]) * KNOT_HZ)) + 1))
 
 
 def earth_at_start(scenario: Scenario) -> np.ndarray:
@@ -93,16 +78,11 @@ def earth_at_start(scenario: Scenario) -> np.ndarray:
     return igrf(*place, np.array([decimal_year(start.time_utc)]))[0]
 
 
-def earth(situation: Situation) -> np.ndarray:
-    """Return the main field in body axes, by its gradient at each mount, (n, s + 1, 3) [nT]."""
-    scenario, rot_nb, arms_b = situation.scenario, situation.rot_nb, situation.arms_b
+def earth(passage: Passage) -> Callable[[Places], np.ndarray]:
+    """Return the main field in body axes, by its gradient at each place, (p, n, 3) [nT]."""
+    scenario = passage.scenario
     if not scenario.field.earth.along_path:
-        field_b = rotate_back(rot_nb, earth_at_start(scenario))
-        return np.repeat(field_b[:, None, :], len(arms_b), axis=1)
-    field_n, gradient_n = earth_along(scenario, situation.flight.carrier, situation.time_s)
-    out = np.empty((len(field_n), len(arms_b), 3))
-    out[:, -1] = rotate_back(rot_nb, field_n)
-    for s, arm_b in enumerate(arms_b[:-1]):
-        arm_n = np.einsum("nij,j->ni", rot_nb, arm_b)
-        out[:, s] = out[:, -1] + rotate_back(rot_nb, np.einsum("nij,nj->ni", gradient_n, arm_n))
-    return out
+        field_b = rotate_back(passage.rot_nb, earth_at_start(scenario))
+        return lambda places: np.broadcast_to(field_b, (len(places.arms_b), *field_b.shape))
+    curve = earth_along(scenario, passage.path, passage.time_s)
+    return lambda places: expanded_in_body(curve.c, curve.x, passage.time_s, passage.rot_be, places.arms_b)

@@ -1,18 +1,18 @@
-"""A field of the Earth along the paths of all mounts: evaluated at few knots, joined by cubic splines.
+"""A field of the Earth along the paths of places in a body: evaluated at few knots, joined by cubic splines.
 
-Each mount is followed on its own path, rotation included; nothing is expanded about the reference point. The knots
+Each place is followed on its own path, rotation included; nothing is expanded about the reference point. The knots
 lie as close as the field demands at each place.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from magsim.earth import ecef_from_geodetic, rot_ne_at
-from magsim.field.situation import Situation
-from magsim.frames import rot_nb_from_attitude, rotate
+from magsim.field.kernels import spline_in_body
+from magsim.field.situation import Passage
 from magsim.trajectory import Trajectory
 
 TOLERANCE_NT = 3e-6
@@ -26,6 +26,39 @@ LEAST_HZ = 10.0
 
 SURVEY_HZ = 10.0
 """Rate at which a path is sampled before knots are set."""
+
+REACH_STEP_M = 1.0
+"""The reach of places is rounded up to whole ones of this: individuals of a type share their knots."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """Places in a body at which a field is asked for.
+
+    Attributes
+    ----------
+    names : tuple of str
+        For messages.
+    arms_b : (p, 3) [m]
+        From the reference point, body axes.
+    reach_m : float
+        No place of the body that is asked for, now or with these, is farther from the reference point.
+    """
+
+    names: tuple[str, ...]
+    arms_b: np.ndarray
+    reach_m: float
+
+    @classmethod
+    def of(cls, arms_b: Mapping[str, np.ndarray]) -> "Places":
+        """Return places by name, with the distance of the farthest, rounded up, as their reach."""
+        arms = np.array(list(arms_b.values()), dtype=float).reshape(-1, 3)
+        longest = float(np.sqrt(np.einsum("pi,pi->p", arms, arms)).max(initial=0.0))
+        return cls(tuple(arms_b), arms, REACH_STEP_M * math.ceil(longest / REACH_STEP_M))
+
+    def some(self, chosen: list[int]) -> "Places":
+        """Return some of the places, with the reach of all."""
+        return Places(tuple(self.names[p] for p in chosen), self.arms_b[chosen], self.reach_m)
 
 
 @dataclass(frozen=True)
@@ -53,43 +86,36 @@ Bounds = Callable[[Knots], tuple[np.ndarray, np.ndarray]]
 """Bounds of the field's first and fourth derivative along any line at each place, (n,) [nT/m] and [nT/m^4]."""
 
 
-def positions_along(path: Trajectory, arms_b: np.ndarray) -> np.ndarray:
-    """Return the Earth-fixed positions of points of a body, (n, s, 3) [m].
+def positions_along(path: Trajectory, arms_b: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Return the Earth-fixed positions of points of a body at some times, (n, s, 3) [m].
 
     Parameters
     ----------
     path : Trajectory
-        With n rows.
     arms_b : (s, 3) [m]
         From the reference point, body axes.
+    time_s : (n,) [s]
     """
-    rot_nb, rot_ne = rot_nb_from_attitude(path.attitude), rot_ne_at(path.lat_rad, path.lon_rad)
-    rot_be = np.einsum("nij,nik->njk", rot_nb, rot_ne)
-    center_e = ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m)
-    return center_e[:, None, :] + np.einsum("njk,sj->nsk", rot_be, arms_b)
+    turned = np.einsum("njk,sj->nsk", path.rot_be_at(time_s), arms_b)
+    return path.motion_e_at(time_s)[0][:, None, :] + turned
 
 
-def longest(arms_b: np.ndarray) -> float:
-    """Return the length of the longest of some arms [m]."""
-    return float(np.sqrt(np.einsum("si,si->s", arms_b, arms_b)).max())
-
-
-def sampled(path: Trajectory) -> Knots:
+def sampled(path: Trajectory, time_s: np.ndarray) -> Knots:
     """Return what the spacing of knots is computed from."""
-    center_e = ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m)
-    return Knots(path.time_s, center_e, np.sqrt(np.einsum("ni,ni->n", path.velocity_n, path.velocity_n)))
+    center_e, velocity_e = path.motion_e_at(time_s)
+    return Knots(time_s, center_e, np.sqrt(np.einsum("ni,ni->n", velocity_e, velocity_e)))
 
 
-def knots_of(carrier: Trajectory, arm_m: float, time_s: np.ndarray, bounds: Bounds) -> np.ndarray:
+def knots_of(path: Trajectory, reach_m: float, time_s: np.ndarray, bounds: Bounds) -> np.ndarray:
     """Return the times of the knots from the first to the last sample, (k,) [s].
 
-    A cubic spline misses h^4 / 384 of the fourth time derivative. The path makes one of the speed, and a mount on an
+    A cubic spline misses h^4 / 384 of the fourth time derivative. The path makes one of the speed, and a place on an
     arm makes one of the swings of the attitude.
     """
     survey = np.linspace(time_s[0], time_s[-1], max(8, int((time_s[-1] - time_s[0]) * SURVEY_HZ)))
-    sampled_path = sampled(carrier.at(survey))
+    sampled_path = sampled(path, survey)
     first, fourth = bounds(sampled_path)
-    curved = fourth * sampled_path.speed_mps**4 + first * arm_m * SWING_RAD_S4
+    curved = fourth * sampled_path.speed_mps**4 + first * reach_m * SWING_RAD_S4
     rate = np.maximum((curved / (384.0 * TOLERANCE_NT)) ** 0.25, LEAST_HZ)
     # Between two samples the larger of both rates holds.
     steps = np.maximum(rate[1:], rate[:-1]) * np.diff(survey)
@@ -98,38 +124,28 @@ def knots_of(carrier: Trajectory, arm_m: float, time_s: np.ndarray, bounds: Boun
     return np.interp(np.linspace(0.0, count[-1], whole + 1), count, survey)
 
 
-def along_path(
-    carrier: Trajectory, arms_b: np.ndarray, time_s: np.ndarray, field_e: FieldE, bounds: Bounds
-) -> np.ndarray:
-    """Return a field at several points of a body along its path.
+def along_path(passage: Passage, places: Places, knots: np.ndarray, field_e: FieldE) -> np.ndarray:
+    """Return a field at several places of a body along its path, (p, n, 3) [nT] body axes.
 
     Parameters
     ----------
-    carrier : Trajectory
-    arms_b : (s, 3) [m]
-        Points of the body from its reference point, body axes.
-    time_s : (n,) [s]
-        Inside the carrier's log.
+    passage : Passage
+    places : Places
+    knots : (k,) [s]
+        From ``knots_of``.
     field_e : callable
         The field at Earth-fixed positions.
-    bounds : callable
-        Of the field's derivatives.
-
-    Returns
-    -------
-    (n, s, 3) [nT]
-        Earth-fixed axes, which do not turn with the place as north does near a pole.
     """
-    knots = knots_of(carrier, longest(arms_b), time_s, bounds)
-    positions = positions_along(carrier.at(knots), arms_b)
-    values = np.empty_like(positions)
-    for s in range(len(arms_b)):
-        values[:, s] = field_e(positions[:, s])
-    return CubicSpline(knots, values)(time_s)
+    positions = positions_along(passage.path, places.arms_b, knots)
+    return joined(passage, knots, [field_e(positions[:, p]) for p in range(len(places.arms_b))])
 
 
-def in_body(situation: Situation, field_e: np.ndarray) -> np.ndarray:
-    """Return Earth-fixed fields at the samples of a flight, (n, s, 3) [nT], in body axes."""
-    rot_ne = rot_ne_at(situation.motion.lat_rad, situation.motion.lon_rad)
-    rot_be = np.einsum("nij,nik->njk", situation.rot_nb, rot_ne)
-    return rotate(rot_be[:, None], field_e)
+def joined(passage: Passage, knots: np.ndarray, fields_e: list[np.ndarray]) -> np.ndarray:
+    """Return fields (k, 3) [nT] at knots, Earth-fixed axes, at the samples of a flight in body axes, (p, n, 3) [nT].
+
+    Earth-fixed axes do not turn with the place as north does near a pole.
+    """
+    out = np.empty((len(fields_e), len(passage.time_s), 3))
+    for p, field_e in enumerate(fields_e):
+        out[p] = spline_in_body(CubicSpline(knots, field_e).c, knots, passage.time_s, passage.rot_be)
+    return out

@@ -13,21 +13,21 @@ Geophysical Journal International 159, 565.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from magsim.arrays import readonly
 from magsim.earth import LocalFrame, geodetic_from_ecef
 from magsim.earth.sea import LONGEST, SHORTEST, jonswap
 from magsim.errors import DataError
 from magsim.field.background.main_field import earth_at_start
-from magsim.field.background.path import Knots, in_body, knots_of, longest, positions_along
-from magsim.field.situation import Situation
+from magsim.field.background.path import Knots, Places, along_path, knots_of
+from magsim.field.situation import Passage
 from magsim.scenario import Swell
 from magsim.streams import stream
-from magsim.terrain import Ground
 from magsim.units import G0, MU0
 
 
@@ -121,50 +121,58 @@ def draw_waves(random: np.random.Generator, settings: Swell) -> SeaWaves:
     )
 
 
-def swell(situation: Situation) -> np.ndarray:
-    """Return the field of the swell in body axes, along each mount's own path and at its own time, (n, s + 1, 3) [nT].
+def swell(passage: Passage) -> Callable[[Places], np.ndarray]:
+    """Return the field of the swell in body axes, along each place's own path and at its own time, (p, n, 3) [nT].
 
     Raises
     ------
     DataError
         If the flight crosses land.
     """
-    scenario, arms_b, carrier = situation.scenario, situation.arms_b, situation.flight.carrier
+    scenario, path = passage.scenario, passage.path
     settings = scenario.field.swell
     assert settings is not None
     seed = scenario.seed if settings.seed is None else settings.seed
     waves = draw_waves(stream(seed, "swell/waves"), settings)
     strength = waves.strength_nt(earth_at_start(scenario), settings.conductivity_spm)
-    sea_m = 0.0 if situation.ground is None else situation.ground.geoid_m
-    check_over_water(situation.ground, situation)
-
-    def bounds(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
-        _, _, alt = geodetic_from_ecef(knots.center_e)
-        height = np.maximum(alt - sea_m - longest(arms_b), 0.0)
-        size = np.abs(strength) * np.exp(-np.outer(height, waves.wavenumber))
-        passed = waves.wavenumber + waves.rate / np.maximum(knots.speed_mps, 1.0)[:, None]
-        return np.einsum("nk,k->n", size, waves.wavenumber), np.einsum("nk,nk->n", size, passed**4)
-
-    knots = knots_of(carrier, longest(arms_b), situation.time_s, bounds)
+    sea_m = 0.0 if passage.ground is None else passage.ground.geoid_m
+    check_over_water(passage)
     frame = LocalFrame(math.radians(scenario.start.lat_deg), math.radians(scenario.start.lon_deg), sea_m)
-    places = positions_along(carrier.at(knots), arms_b)
-    values = np.empty_like(places)
-    for s in range(len(arms_b)):
-        _, _, alt = geodetic_from_ecef(places[:, s])
-        values[:, s] = frame.to_earth(waves.field(strength, frame.place(places[:, s]), alt - sea_m, knots))
-    return in_body(situation, CubicSpline(knots, values)(situation.time_s))
+
+    @cache
+    def knots(reach_m: float) -> np.ndarray:
+        def bounds(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
+            _, _, alt = geodetic_from_ecef(knots.center_e)
+            height = np.maximum(alt - sea_m - reach_m, 0.0)
+            size = np.abs(strength) * np.exp(-np.outer(height, waves.wavenumber))
+            passed = waves.wavenumber + waves.rate / np.maximum(knots.speed_mps, 1.0)[:, None]
+            return np.einsum("nk,k->n", size, waves.wavenumber), np.einsum("nk,nk->n", size, passed**4)
+
+        return knots_of(path, reach_m, passage.time_s, bounds)
+
+    def fields(places: Places) -> np.ndarray:
+        at_s = knots(places.reach_m)
+
+        def field_e(position_e: np.ndarray) -> np.ndarray:
+            _, _, alt = geodetic_from_ecef(position_e)
+            return frame.to_earth(waves.field(strength, frame.place(position_e), alt - sea_m, at_s))
+
+        return along_path(passage, places, at_s, field_e)
+
+    return fields
 
 
-def check_over_water(ground: Ground | None, situation: Situation) -> None:
+def check_over_water(passage: Passage) -> None:
     """Refuse a swell below which there is land; what start, track and path tell of it was checked before the flight."""
+    ground = passage.ground
     if ground is None:
         return
-    path = situation.motion
+    path = passage.motion
     land = ground.above_sea(ground.height(path.lat_rad, path.lon_rad)) > 0.0
     if land.any():
         at = int(land.argmax())
         msg = (
-            f"field.swell: at {situation.time_s[at]:.1f} s the flight is over land, above mean sea level; allowed: "
+            f"field.swell: at {passage.time_s[at]:.1f} s the flight is over land, above mean sea level; allowed: "
             "flights over the sea, where [terrain] is 0 m high or left out"
         )
         raise DataError(msg)

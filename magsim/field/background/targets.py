@@ -5,15 +5,17 @@ start of the flight, and by what it remembers.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from magsim.earth import LocalFrame, decimal_year, igrf
 from magsim.errors import DataError
-from magsim.field.background.path import Bounds, Knots, along_path, in_body, longest, positions_along
+from magsim.field.background.path import Bounds, Knots, Places, along_path, knots_of, positions_along
 from magsim.field.background.prism import prism_field
-from magsim.field.situation import Situation
+from magsim.field.situation import Passage
 from magsim.field.sources.dipoles import SCALE, dipole_field
 from magsim.scenario import DipoleTarget, GroundPoint, PrismTarget, Scenario, SphereTarget, Start, Target
 from magsim.terrain import Ground, TangentPlane
@@ -139,37 +141,43 @@ def bounds_of(source: Source, arm_m: float) -> Bounds:
     return bounds
 
 
-def target(situation: Situation) -> np.ndarray:
-    """Return the field of all targets in body axes, along each mount's own path, (n, s + 1, 3) [nT].
+def target(passage: Passage) -> Callable[[Places], np.ndarray]:
+    """Return the field of all targets in body axes, along each place's own path, (p, n, 3) [nT].
 
     Raises
     ------
     DataError
-        If a mount comes inside a body.
+        If a place comes inside a body.
     """
-    carrier, arms_b = situation.flight.carrier, situation.arms_b
-    total = np.zeros((len(situation.time_s), len(arms_b), 3))
-    for source in sources_of(situation.scenario, situation.ground):
-        check_outside(source, situation)
-        total += along_path(carrier, arms_b, situation.time_s, source.field_e, bounds_of(source, longest(arms_b)))
-    return in_body(situation, total)
+    sources = sources_of(passage.scenario, passage.ground)
+
+    @cache
+    def knots(number: int, reach_m: float) -> np.ndarray:
+        return knots_of(passage.path, reach_m, passage.time_s, bounds_of(sources[number], reach_m))
+
+    def fields(places: Places) -> np.ndarray:
+        total = np.zeros((len(places.arms_b), len(passage.time_s), 3))
+        for number, source in enumerate(sources):
+            check_outside(source, passage, places)
+            total += along_path(passage, places, knots(number, places.reach_m), source.field_e)
+        return total
+
+    return fields
 
 
-def check_outside(source: Source, situation: Situation) -> None:
+def check_outside(source: Source, passage: Passage, places: Places) -> None:
     """Refuse a flight that takes a magnetometer into a body."""
-    center_e = positions_along(situation.motion, np.zeros((1, 3)))[:, 0]
-    near = np.flatnonzero(source.distance(center_e) <= longest(situation.arms_b))
-    if not len(near):
+    center_e = passage.path.motion_e_at(passage.time_s)[0]
+    near_s = passage.time_s[source.distance(center_e) <= places.reach_m]
+    if not len(near_s):
         return
-    positions = positions_along(situation.flight.carrier.at(situation.time_s[near]), situation.arms_b)
-    inside = source.distance(positions) <= 0.0
+    inside = source.distance(positions_along(passage.path, places.arms_b, near_s)) <= 0.0
     if inside.any():
         row, column = np.argwhere(inside)[0]
-        mount = (*situation.mounts, "the reference point")[column]
-        at = near[row]
+        at = passage.path.at(near_s[[row]])
         msg = (
-            f"field.targets: {mount} is inside the {source.kind} {source.name!r} at {situation.time_s[at]:.1f} s, at "
-            f"{math.degrees(situation.motion.lat_rad[at]):.6f}, {math.degrees(situation.motion.lon_rad[at]):.6f} deg, "
-            f"{situation.motion.alt_m[at]:.1f} m above the ellipsoid; allowed: flights outside of every body"
+            f"field.targets: {places.names[column]} is inside the {source.kind} {source.name!r} at "
+            f"{near_s[row]:.1f} s, at {math.degrees(at.lat_rad[0]):.6f}, {math.degrees(at.lon_rad[0]):.6f} deg, "
+            f"{at.alt_m[0]:.1f} m above the ellipsoid; allowed: flights outside of every body"
         )
         raise DataError(msg)

@@ -5,6 +5,7 @@ Journal of Geophysical Research 69, 180); sizes are quiet values at middle latit
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC
 
@@ -12,8 +13,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth import rot_ne_at
-from magsim.field.background.path import in_body
-from magsim.field.situation import Situation
+from magsim.field.background.path import Places
+from magsim.field.kernels import rotated
+from magsim.field.situation import Passage
 from magsim.scenario import Scenario, Variation
 from magsim.signals import gauss_markov
 from magsim.streams import stream
@@ -171,7 +173,7 @@ def variation_e(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ni->nj", rot_ne, variation_n(scenario, time_s))
 
 
-def variation(situation: Situation) -> np.ndarray:
-    """Return the variation in body axes, the same vector at every mount, (n, s + 1, 3) [nT]."""
-    field_e = variation_e(situation.scenario, situation.time_s)
-    return np.repeat(in_body(situation, field_e[:, None, :]), len(situation.arms_b), axis=1)
+def variation(passage: Passage) -> Callable[[Places], np.ndarray]:
+    """Return the variation in body axes, the same vector at every place, (p, n, 3) [nT]."""
+    field_b = rotated(passage.rot_be, variation_e(passage.scenario, passage.time_s))
+    return lambda places: np.broadcast_to(field_b, (len(places.arms_b), *field_b.shape))

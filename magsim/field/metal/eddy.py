@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.signal import lfilter
+
+from magsim.field.kernels import step_modes
 
 
 @dataclass(frozen=True)
@@ -63,32 +64,11 @@ def slow_limit(modes: Modes) -> np.ndarray:
     return -np.einsum("sik,kj->sij", modes.field, modes.drive)
 
 
-def step_rate(tau_s: float, drive_rate: np.ndarray, step_s: float) -> np.ndarray:
-    """Step one mode exactly for a derivative of the field that is linear between samples.
-
-    Parameters
-    ----------
-    tau_s : float [s]
-    drive_rate : (n,)
-        ``drive . dB_0/dt`` at the samples.
-    step_s : float [s]
-
-    Returns
-    -------
-    (n,)
-        ``q``, started on the slow limit ``-(s - tau ds/dt)``, so that no transient is left.
-    """
-    decay = np.exp(-step_s / tau_s)
-    mean = tau_s / step_s * -np.expm1(-step_s / tau_s)
-    now, before = mean - 1.0, decay - mean
-    slope = (-3.0 * drive_rate[0] + 4.0 * drive_rate[1] - drive_rate[2]) / (2.0 * step_s)
-    start = -(drive_rate[0] - tau_s * slope)
-    out, _ = lfilter([now, before], [1.0, -decay], drive_rate, zi=[start - now * drive_rate[0]])
-    return out
-
-
 def states(modes: Modes, rate: np.ndarray, step_s: float, *, lag: bool = True) -> np.ndarray:
     """Return the states of all modes along a flight, (n, k); ``modes.field`` times these is the field.
+
+    Each mode is stepped exactly for a derivative of the field that is linear between samples, and started on the slow
+    limit ``-(s - tau ds/dt)`` with ``s = drive . dB_0/dt``, so that no transient is left.
 
     Parameters
     ----------
@@ -100,10 +80,15 @@ def states(modes: Modes, rate: np.ndarray, step_s: float, *, lag: bool = True) -
         False: proportional to ``rate``, without time constants.
     """
     driven = rate @ modes.drive.T
-    if not lag:
-        return -driven
-    for k, tau in enumerate(modes.tau_s):
-        driven[:, k] = step_rate(tau, driven[:, k], step_s)
+    return _stepped(modes, driven, step_s) if lag else -driven
+
+
+def _stepped(modes: Modes, driven: np.ndarray, step_s: float) -> np.ndarray:
+    """Return the states for ``s`` (n, k), which is overwritten."""
+    tau = modes.tau_s
+    decay, mean = np.exp(-step_s / tau), tau / step_s * -np.expm1(-step_s / tau)
+    slope = (-3.0 * driven[0] + 4.0 * driven[1] - driven[2]) / (2.0 * step_s)
+    step_modes(driven, np.stack([decay, decay - mean, mean - 1.0]), tau * slope - driven[0])
     return driven
 
 
@@ -127,10 +112,7 @@ def warmed(modes: Modes, states: np.ndarray, rate: np.ndarray, step_s: float, re
     """
     inverse = 1.0 / resistance[:, None]
     late = (1.0 - inverse) * (rate @ modes.drive.T + states)
-    out = states * inverse
-    for k, tau in enumerate(modes.tau_s):
-        out[:, k] += step_rate(tau, late[:, k], step_s)
-    return out
+    return states * inverse + _stepped(modes, late, step_s)
 
 
 def slow_states(modes: Modes, rate: np.ndarray, curve: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from magsim.field.kernels import add_turning_dipole
 from magsim.units import MU0, NT_PER_T
 
 SCALE = MU0 / (4.0 * np.pi) * NT_PER_T
@@ -55,37 +56,23 @@ class DeflectedDipole:
     cos: np.ndarray
     sin: np.ndarray
 
-    def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]."""
-        out = np.empty((len(self.cos), len(points), 3))
-        for s, point in enumerate(points):
-            out[:, s] = self._at(point)
-        return out
-
-    def _at(self, point: np.ndarray) -> np.ndarray:
-        """Return the field at one point, (n, 3) [nT].
+    def terms(self, points: np.ndarray) -> np.ndarray:
+        """Return what the field at fixed points (s, 3) is made of, (s, 8, 3): see ``kernels.add_turning_dipole``.
 
         Both the moment and the ray are linear in (1, cos, sin) of the deflection, which makes this as cheap as a fixed
         dipole: with d from the hinge to the dipole and x from the hinge to the point, ``m.r = (Q m).x - m.d`` and
         ``r^2 = x^2 + d^2 - 2 x.(Q d)``.
         """
-        cos, sin = self.cos, self.sin
-        arm, offset = self.position - self.hinge_point, point - self.hinge_point
+        arm, offset = self.position - self.hinge_point, points - self.hinge_point
         moment, lever = _turned(self.hinge_axis, self.moment), _turned(self.hinge_axis, arm)
-        along = (moment * offset).sum(axis=1)
-        along[0] -= np.dot(self.moment, arm)
-        square = -2.0 * (lever * offset).sum(axis=1)
-        square[0] += np.dot(offset, offset) + np.dot(arm, arm)
-        inverse = 1.0 / (square[0] + square[1] * cos + square[2] * sin)
-        cubed = SCALE * inverse * np.sqrt(inverse)
-        radial = 3.0 * cubed * inverse * (along[0] + along[1] * cos + along[2] * sin)
-        ray = -lever
-        ray[0] += offset
-        field = np.empty((len(cos), 3))
-        for i in range(3):
-            field[:, i] = radial * (ray[0, i] + ray[1, i] * cos + ray[2, i] * sin)
-            field[:, i] -= cubed * (moment[0, i] + moment[1, i] * cos + moment[2, i] * sin)
-        return field
+        along = offset @ moment.T
+        along[:, 0] -= np.dot(self.moment, arm)
+        square = -2.0 * (offset @ lever.T)
+        square[:, 0] += np.einsum("si,si->s", offset, offset) + np.dot(arm, arm)
+        ray = np.repeat(-lever.T[None], len(points), axis=0)
+        ray[:, :, 0] += offset
+        moments = np.broadcast_to(moment.T, ray.shape)
+        return np.concatenate([square[:, None], along[:, None], ray, moments], axis=1)
 
     def along(self, places: np.ndarray) -> np.ndarray:
         """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
@@ -111,6 +98,43 @@ class DeflectedDipole:
     def strengths(self) -> np.ndarray:
         """What ``gains`` are multiplied by, (n, 3)."""
         return np.column_stack([np.ones_like(self.cos), self.cos - 1.0, self.sin])
+
+
+@dataclass(frozen=True)
+class DeflectedDipoles:
+    """All dipoles on control surfaces, as one source.
+
+    Attributes
+    ----------
+    dipoles : tuple of DeflectedDipole
+    """
+
+    dipoles: tuple[DeflectedDipole, ...]
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]; n is 1 where all rest."""
+        count = max((len(dipole.cos) for dipole in self.dipoles), default=1)
+        out = np.zeros((len(points), count, 3))
+        for dipole in self.dipoles:
+            cos, sin = (np.ascontiguousarray(np.broadcast_to(value, count)) for value in (dipole.cos, dipole.sin))
+            add_turning_dipole(out, SCALE, dipole.terms(points), cos, sin)
+        return np.swapaxes(out, 0, 1)
+
+    def along(self, places: np.ndarray) -> np.ndarray:
+        """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""
+        return sum((dipole.along(places) for dipole in self.dipoles), start=np.zeros(places.shape))
+
+    def gains(self, points: np.ndarray) -> np.ndarray:
+        """Return the fields that ``strengths`` multiply, at fixed points (s, 3) [m], (s, 3, c) [nT]."""
+        none = np.zeros((len(points), 3, 0))
+        return np.concatenate([none, *(dipole.gains(points) for dipole in self.dipoles)], axis=2)
+
+    @property
+    def strengths(self) -> np.ndarray:
+        """What ``gains`` are multiplied by, (n, c); n is 1 where all rest."""
+        count = max((len(dipole.cos) for dipole in self.dipoles), default=1)
+        tables = [np.broadcast_to(dipole.strengths, (count, 3)) for dipole in self.dipoles]
+        return np.concatenate([np.zeros((count, 0)), *tables], axis=1)
 
 
 def _turned(axis: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -10,17 +10,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from magsim.aircraft.magnetics import Memory
-from magsim.field.stepping import first_order
+from magsim.field.kernels import add_played, add_relaxed, drag, relax
+from magsim.field.stepping import hold_weights
 from magsim.scenario import MemoryPart
 
 
 def play(values: np.ndarray, radius: float, start: np.ndarray) -> np.ndarray:
     """Apply the play operator: the motion of a pin dragged by a slot of half width ``radius``.
 
-    ``y[n] = min(max(y[n-1], u[n] - r), u[n] + r)`` (A. Visintin, Differential Models of Hysteresis, III.2). Each step
-    clips the state to an interval, and clips in a row are one clip. So blocks of the record are gone through side by
-    side, each as the clip that it is from its beginning to each of its samples; the state at the beginning of each
-    block comes last. The result is that of the plain recursion to the last bit.
+    ``y[n] = min(max(y[n-1], u[n] - r), u[n] + r)`` (A. Visintin, Differential Models of Hysteresis, III.2).
 
     Parameters
     ----------
@@ -34,24 +32,9 @@ def play(values: np.ndarray, radius: float, start: np.ndarray) -> np.ndarray:
     -------
     (n, c)
     """
-    count, width = values.shape
-    length = max(1, math.isqrt(count))
-    blocks = -(-count // length)
-    # The last value again and again changes nothing: a clip twice is the clip.
-    padded = np.concatenate([values, np.repeat(values[-1:], blocks * length - count, axis=0)])
-    inside = np.ascontiguousarray(padded.reshape(blocks, length, width).transpose(1, 0, 2))
-    low, high = inside - radius, inside + radius
-    lowest, highest = low.copy(), high.copy()
-    for i in range(1, length):
-        for bound in (lowest, highest):
-            np.maximum(bound[i - 1], low[i], out=bound[i])
-            np.minimum(bound[i], high[i], out=bound[i])
-    state, starts = np.asarray(start, dtype=float), np.empty((blocks, width))
-    for k in range(blocks):
-        starts[k] = state
-        state = np.minimum(np.maximum(state, lowest[-1, k]), highest[-1, k])
-    out = np.minimum(np.maximum(starts, lowest), highest)
-    return out.transpose(1, 0, 2).reshape(blocks * length, width)[:count]
+    out = np.zeros(values.shape)
+    add_played(values, radius, np.array(start, dtype=float), 1.0, out)
+    return out
 
 
 def hysteresis(ambient_b: np.ndarray, radii_nt: Sequence[float], weights: Sequence[float], start: str) -> np.ndarray:
@@ -70,13 +53,13 @@ def hysteresis(ambient_b: np.ndarray, radii_nt: Sequence[float], weights: Sequen
     -------
     (n, 3) [nT]
     """
-    out = np.zeros_like(ambient_b)
+    out = np.zeros(ambient_b.shape)
     for radius, weight in zip(radii_nt, weights, strict=True):
-        state = np.zeros(ambient_b.shape[1]) if start == "demagnetized" else ambient_b[0]
+        state = np.zeros(ambient_b.shape[1]) if start == "demagnetized" else ambient_b[0].copy()
         if start == "settled":
-            # A whole flight is one clip as well: flown once more, it changes nothing.
-            state = play(ambient_b, radius, state)[-1]
-        out += weight * play(ambient_b, radius, state)
+            # A whole flight is one clip: flown once more, it changes nothing.
+            drag(ambient_b, radius, state)
+        add_played(ambient_b, radius, state, weight, out)
     return out
 
 
@@ -99,15 +82,17 @@ def viscosity(
     -------
     (n, 3) [nT]
     """
-    out = np.zeros_like(ambient_b)
-    zero = np.zeros(ambient_b.shape[1])
+    out = np.zeros(ambient_b.shape)
     for time, weight in zip(times_s, weights, strict=True):
-        drive = ambient_b / time
-        state = zero if start == "demagnetized" else ambient_b[0]
+        share = step_s / time
+        before, after = (share * value.real for value in hold_weights(-share))
+        steps, state = (math.exp(-share), before, after), ambient_b[0].copy()
+        if start != "aligned":
+            state = np.zeros(ambient_b.shape[1])
         if start == "settled":
-            flown = first_order(-1.0 / time, drive, step_s, zero)[-1]
-            state = flown / -math.expm1(-(len(ambient_b) - 1) * step_s / time)
-        out += weight * first_order(-1.0 / time, drive, step_s, state)
+            relax(ambient_b, steps, state)
+            state /= -math.expm1(-(len(ambient_b) - 1) * share)
+        add_relaxed(ambient_b, steps, state, weight, out)
     return out
 
 

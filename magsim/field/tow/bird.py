@@ -1,13 +1,14 @@
 """The field of a tow: every part at the mounts of the carrier and of its bird."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from magsim.aircraft import Aircraft, Bird
-from magsim.field.composition import compose, with_background
+from magsim.field.background.whole import Background
+from magsim.field.composition import backgrounds_of, compose, situation_of
 from magsim.field.excitation import FlightExcitation
 from magsim.field.response import load_response
-from magsim.field.situation import Situation, used_mounts
+from magsim.field.situation import used_mounts
 from magsim.field.tow.carrier import carrier_field
 from magsim.field.tow.steady import steady_background
 from magsim.scenario import Scenario
@@ -24,6 +25,7 @@ def compute_tow_field(
     flight: Flight,
     *,
     ground: Ground | None = None,
+    backgrounds: Mapping[str, Background] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, FieldTruth]:
     """Compute every part of the field at every mount of a carrier and of its bird.
@@ -36,6 +38,8 @@ def compute_tow_field(
     flight : Flight
         With a bird.
     ground : Ground, optional
+    backgrounds : mapping of str to Background, optional
+        Those of the flight, where they are known already; see ``backgrounds_of``.
     progress : callable, optional
         Called with the share of the work that is done, from 0 to 1.
 
@@ -54,20 +58,18 @@ def compute_tow_field(
     """
     report = progress or (lambda _: None)
     with one_blas_thread():
-        response = load_response(aircraft, scenario.field.eddy.model)
-        carrier = with_background(Situation.of(scenario, aircraft.magnetics, flight, response, ground))
+        known = backgrounds or backgrounds_of(scenario, flight, ground)
+        mounts, mounts_below = used_mounts(scenario), used_mounts(scenario, "bird")
+        response = load_response(aircraft, scenario.field.eddy.model, mounts=mounts)
+        carrier = situation_of(scenario, aircraft, response, known["carrier"], mounts)
         above = FlightExcitation(carrier)
         report(0.3)
-        truths = {"carrier": compose(above, aircraft)}
+        truths = {"carrier": compose(above, aircraft, known["carrier"])}
         report(0.4)
-        own = load_response(bird)
-        mounts = used_mounts(scenario, "bird")
-        # carrier and bird are logged at rates of their own, which need not end together
-        time_s = carrier.time_s
-        below = Situation.of(scenario, bird.magnetics, flight.of_bird(), own, ground, mounts=mounts, time_s=time_s)
-        below = with_background(below)
+        own = load_response(bird, mounts=mounts_below)
+        below = situation_of(scenario, bird, own, known["bird"], mounts_below)
         report(0.6)
-        truth = compose(FlightExcitation(below), bird)
+        truth = compose(FlightExcitation(below), bird, known["bird"])
         report(0.7)
         parts = dict(truth.parts_b)
         if below.mounts and scenario.field.is_on("carrier"):

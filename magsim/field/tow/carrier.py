@@ -7,10 +7,9 @@ interpolated around it; dipoles that turn are followed one by one.
 import numpy as np
 
 from magsim.aircraft import Aircraft
-from magsim.earth import ecef_from_geodetic, rot_ne_at
 from magsim.errors import RequestError
 from magsim.field import parts
-from magsim.field.background.path import in_body, positions_along
+from magsim.field.background.path import positions_along
 from magsim.field.excitation import FlightExcitation
 from magsim.field.response import response_at
 from magsim.field.situation import Situation
@@ -38,19 +37,13 @@ def carrier_field(above: FlightExcitation, aircraft: Aircraft, below: Situation)
     below : Situation
         Of the bird.
     """
-    carrier = above.situation
-    rot_be = _earth_axes(carrier)
-    center_e = ecef_from_geodetic(carrier.motion.lat_rad, carrier.motion.lon_rad, carrier.motion.alt_m)
-    places_e = positions_along(below.motion, below.arms_b[:-1])
-    places = rotate(rot_be[:, None], places_e - center_e[:, None]) + carrier.motion.reference_b
+    carrier, passage, rot_be = above.situation, below.passage, above.situation.passage.rot_be
+    arms_b = below.positions_m - passage.path.reference_b
+    away_e = positions_along(passage.path, arms_b, passage.time_s)
+    away_e = away_e - carrier.passage.path.motion_e_at(passage.time_s)[0][:, None]
+    places = rotate(rot_be[:, None], away_e) + carrier.passage.path.reference_b
     field = linear_field(above, aircraft, places) + turning_field(above, places)
-    return in_body(below, rotate_back(rot_be[:, None], field))
-
-
-def _earth_axes(situation: Situation) -> np.ndarray:
-    """Return the rotations from Earth-fixed to body axes, (n, 3, 3)."""
-    rot_ne = rot_ne_at(situation.motion.lat_rad, situation.motion.lon_rad)
-    return np.einsum("nij,nik->njk", situation.rot_nb, rot_ne)
+    return rotate(passage.rot_be[:, None], rotate_back(rot_be[:, None], field))
 
 
 def linear_field(above: FlightExcitation, aircraft: Aircraft, places: np.ndarray) -> np.ndarray:
@@ -77,7 +70,7 @@ def linear_field(above: FlightExcitation, aircraft: Aircraft, places: np.ndarray
 
     def gains_at(points: np.ndarray) -> np.ndarray:
         nodes = {f"node {i}": tuple(point) for i, point in enumerate(points.tolist())}
-        return parts.gains(response_at(aircraft, nodes, above.settings.eddy.model, full=False))
+        return parts.gains(response_at(aircraft, nodes, above.settings.eddy.model))
 
     around = Around.of(places)
     checked = places.reshape(-1, 3)[np.linspace(0, places.size // 3 - 1, CHECKS).astype(int)]

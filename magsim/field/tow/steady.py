@@ -8,7 +8,7 @@ from scipy.linalg import solveh_banded
 
 from magsim.earth import geodetic_from_ecef, rot_ne_at
 from magsim.field.background.path import positions_along
-from magsim.field.composition import with_background
+from magsim.field.background.whole import Background
 from magsim.field.situation import Situation
 from magsim.frames import rotate
 from magsim.signals import HIGH_PASS_HZ
@@ -27,14 +27,11 @@ def steady_background(below: Situation, mount: str) -> np.ndarray:
         Of the bird.
     mount : str
     """
-    path, arm_b = below.flight.carrier, below.positions_m[below.mounts.index(mount)] - below.motion.reference_b
-    places_e = positions_along(path, arm_b[None])[:, 0]
-    smooth = smoothed(path, places_e)
-    flight = replace(below.flight, carrier=smooth)
-    still = Situation.of(
-        below.scenario, below.magnetics, flight, below.response, below.ground, mounts=(), time_s=below.time_s
-    )
-    field_b = with_background(still).ambient_b
+    passage = below.passage
+    arm_b = below.positions_m[below.mounts.index(mount)] - passage.path.reference_b
+    places_e = positions_along(passage.path, arm_b[None], passage.path.time_s)[:, 0]
+    smooth = replace(passage.flight, carrier=smoothed(passage.path, places_e))
+    _, field_b = Background(replace(passage, flight=smooth)).with_center({})
     return np.sqrt(np.einsum("ni,ni->n", field_b, field_b))
 
 

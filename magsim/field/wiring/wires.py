@@ -55,30 +55,32 @@ def pair(vertices: np.ndarray, offset: np.ndarray) -> np.ndarray:
     return np.concatenate([vertices, vertices[::-1] + offset])
 
 
-def _sampled(vertices: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points along a polyline, their path lengths and unit tangents: (q, 3), (q,), (q, 3)."""
-    points, lengths, tangents, run = [], [], [], 0.0
+def _sampled(vertices: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return points along a polyline, their path lengths, unit tangents, and vectors across: (q, 3), (q,), (q, 3) x 2.
+
+    The unit vectors across the tangents turn with them by the least rotation, at the corners.
+    """
+    points, lengths, tangents, across, run = [], [], [], [], 0.0
+    level = np.zeros(3)
     for start, end in itertools.pairwise(vertices):
         length = float(np.linalg.norm(end - start))
         at = np.linspace(0.0, 1.0, max(1, int(np.ceil(length / step))) + 1)
         points.append(start + at[:, None] * (end - start))
         lengths.append(run + at * length)
-        tangents.append(np.broadcast_to((end - start) / length, (len(at), 3)))
+        tangent = (end - start) / length
+        level = _across(level if len(points) > 1 else np.eye(3)[np.argmin(np.abs(tangent))], tangent)
+        tangents.append(np.broadcast_to(tangent, (len(at), 3)))
+        across.append(np.broadcast_to(level, (len(at), 3)))
         run += length
-    return np.concatenate(points), np.concatenate(lengths), np.concatenate(tangents)
+    return np.concatenate(points), np.concatenate(lengths), np.concatenate(tangents), np.concatenate(across)
 
 
-def _across(tangents: np.ndarray) -> np.ndarray:
-    """Return unit vectors across tangents that turn with them by the least rotation, (q, 3)."""
-    out = np.empty_like(tangents)
-    first = np.eye(3)[np.argmin(np.abs(tangents[0]))]
-    for i, tangent in enumerate(tangents):
-        before = first if i == 0 else out[i - 1]
-        level = before - tangent * (before @ tangent)
-        if np.linalg.norm(level) < 1e-6:  # a corner of 90 degrees in the plane of the vector
-            level = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
-        out[i] = level / np.linalg.norm(level)
-    return out
+def _across(before: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """Return a unit vector across a tangent, the nearest to one that was across another, (3,)."""
+    level = before - tangent * (before @ tangent)
+    if np.linalg.norm(level) < 1e-6:  # a corner of 90 degrees in the plane of the vector
+        level = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
+    return level / np.linalg.norm(level)
 
 
 def twisted(vertices: np.ndarray, spacing_m: float, pitch_m: float, *, per_turn: int = PER_TURN) -> np.ndarray:
@@ -99,8 +101,7 @@ def twisted(vertices: np.ndarray, spacing_m: float, pitch_m: float, *, per_turn:
     -------
     (2 q, 3) [m]
     """
-    points, lengths, tangents = _sampled(np.asarray(vertices, dtype=float), pitch_m / per_turn)
-    first = _across(tangents)
+    points, lengths, tangents, first = _sampled(np.asarray(vertices, dtype=float), pitch_m / per_turn)
     second = np.cross(tangents, first)
     phase = 2.0 * np.pi * lengths[:, None] / pitch_m
     arm = 0.5 * spacing_m * (np.cos(phase) * first + np.sin(phase) * second)

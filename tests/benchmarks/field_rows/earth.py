@@ -3,15 +3,15 @@
 import magpylib as magpy
 import numpy as np
 
-from magsim.earth import igrf, rot_ne_at
-from magsim.field import load_response
-from magsim.field.background.crust import crust, crust_of, draw_modes
-from magsim.field.background.path import FieldE, positions_along
+from magsim.earth import ecef_from_geodetic, igrf, rot_ne_at
+from magsim.field.background.crust import crust_of, draw_modes
+from magsim.field.background.path import FieldE
 from magsim.field.background.prism import prism_field
-from magsim.field.background.targets import sources_of, target
-from magsim.field.situation import Situation
+from magsim.field.background.targets import sources_of
+from magsim.field.composition import backgrounds_of
+from magsim.field.situation import Passage, used_mounts
 from magsim.flight import fly
-from magsim.frames import rotate, rotate_back
+from magsim.frames import rot_nb_from_attitude, rotate, rotate_back
 from magsim.loading import load_scenario
 from magsim.streams import stream
 from magsim.units import MU0, NT_PER_T
@@ -88,27 +88,29 @@ def splines() -> list[Row]:
     loaded = load_scenario("geology_c208b", (*short, *rough))
     scenario, aircraft, ground = loaded.scenario, loaded.aircraft, loaded.ground
     flight = fly(scenario, aircraft, ground=ground)
-    situation = Situation.of(scenario, aircraft.magnetics, flight, load_response(aircraft), ground)
-    sources = sources_of(scenario, ground)
+    background = backgrounds_of(scenario, flight, ground)["carrier"]
+    reference_b = flight.carrier.reference_b
+    arms_b = {mount: np.array(aircraft.mounts[mount]) - reference_b for mount in used_mounts(scenario)}
+    parts, sources = background.at(arms_b), sources_of(scenario, ground)
+    wanted = {"crust": [crust_of(scenario, ground).field_e], "target": [source.field_e for source in sources]}
     return [
-        at_most(
-            "crust_spline_nt", _missed(situation, crust(situation), [crust_of(scenario, ground).field_e]), "nT", 1e-4
-        ),
-        at_most("target_spline_nt", _missed(situation, target(situation), [s.field_e for s in sources]), "nT", 1e-4),
+        at_most(f"{name}_spline_nt", _missed(background.passage, parts[name], arms_b, fields_e), "nT", 1e-4)
+        for name, fields_e in wanted.items()
     ]
 
 
-def _missed(situation: Situation, part: np.ndarray, fields_e: list[FieldE]) -> float:
+def _missed(passage: Passage, part: np.ndarray, arms_b: dict[str, np.ndarray], fields_e: list[FieldE]) -> float:
     """Largest difference [nT] of a part from fields evaluated at each mount; the filters' run-in is left out."""
     keep = slice(480, -480, 10)
-    path = situation.flight.carrier.at(situation.time_s[keep])
-    places_e = positions_along(path, situation.arms_b)
-    rot_ne = rot_ne_at(path.lat_rad, path.lon_rad)
+    path = passage.path.at(passage.time_s[keep])
+    rot_nb, rot_ne = rot_nb_from_attitude(path.attitude), rot_ne_at(path.lat_rad, path.lon_rad)
+    center_e = ecef_from_geodetic(path.lat_rad, path.lon_rad, path.alt_m)
     worst = 0.0
-    for s in range(len(situation.arms_b)):
-        exact_e = sum(field_e(places_e[:, s]) for field_e in fields_e)
-        exact = rotate_back(situation.rot_nb[keep], rotate(rot_ne, exact_e))
-        worst = max(worst, float(np.abs(part[keep, s] - exact).max()))
+    for p, arm_b in enumerate(arms_b.values()):
+        places_e = center_e + rotate_back(rot_ne, np.einsum("nij,j->ni", rot_nb, arm_b))
+        exact_e = sum(field_e(places_e) for field_e in fields_e)
+        exact = rotate_back(rot_nb, rotate(rot_ne, exact_e))
+        worst = max(worst, float(np.abs(part[p, keep] - exact).max()))
     return worst
 
 

@@ -107,7 +107,7 @@ def rows() -> list[Row]:
         model = compute_skin(skin, places)
         out.append(at_most("skin_cpu_s", time.process_time() - start, "s", 30.0))
         out.append(stated("skin_triangles", len(model.triangles), "1"))
-        out.append(at_most("skin_truncation_error_pct", 100.0 * model.truncation_error(places).max(), "%", 0.1))
+        out.append(at_most("skin_truncation_error_pct", 100.0 * truncation_error(skin, places, places).max(), "%", 0.1))
         tau = [
             time_constants(shells_of(skin, NOWHERE, element_m=element), 1)[0]
             for element in (skin.element_m, 0.5 * skin.element_m)

@@ -23,7 +23,7 @@ def _cpu_s(vehicle: Vehicle) -> float:
 def _off(fast: AircraftResponse, whole: AircraftResponse) -> float:
     """Largest relative difference of steel, moments and slow eddy currents at any mount."""
     worst = 0.0
-    for name in ("induced", "induced_gradient", "permanent_nt", "eddy_slow_s", "wiring_nt_per_a"):
+    for name in ("induced", "permanent_nt", "eddy_slow_s", "wiring_nt_per_a"):
         one, other = (getattr(response, name).reshape(len(response.mounts), -1) for response in (fast, whole))
         worst = max(worst, float((np.linalg.norm(one - other, axis=1) / np.linalg.norm(other, axis=1)).max()))
     return worst

@@ -8,7 +8,7 @@ import pytest
 from magsim.aircraft import Bird
 from magsim.earth import decimal_years, ecef_from_geodetic, igrf
 from magsim.field import load_response
-from magsim.field.composition import with_background
+from magsim.field.composition import backgrounds_of, situation_of
 from magsim.field.situation import Situation
 from magsim.field.tow.steady import smoothed, steady_background, whittaker
 from magsim.terrain import TangentPlane
@@ -58,8 +58,8 @@ def swing_of(path: Trajectory, bird: Bird) -> tuple[np.ndarray, np.ndarray, Situ
     """Times, clean less steady at the nose, and the situation."""
     scenario = scenario_of(earth={"departure": {"enabled": False}})
     flight = Flight(path, float(path.time_s[-1] - 4.0), 120.0, {}, (), ())
-    below = Situation.of(scenario, bird.magnetics, flight, load_response(bird), mounts=("nose",))
-    below = with_background(below)
+    background = backgrounds_of(scenario, flight)["carrier"]
+    below = situation_of(scenario, bird, load_response(bird), background, ("nose",))
     clean = np.linalg.norm(below.background["earth"][:, 0], axis=1)
     return below.time_s, clean - steady_background(below, "nose"), below
 

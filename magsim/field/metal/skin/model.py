@@ -18,7 +18,7 @@ from magsim.field.metal.skin.shells import (
     phasor_streams,
     stream_field,
 )
-from magsim.storage import cached
+from magsim.storage import kept
 
 Arrays = dict[str, np.ndarray]
 
@@ -47,9 +47,6 @@ class SkinModel:
     drive : (k, 3) [m^2 / sqrt(ohm)]
     streams : (n, k) [1 / sqrt(ohm)]
         Stream functions of the modes.
-    whole : (n, 6) [A/T]
-        Stream function without any reduction at ``CHECK_HZ``: real parts for the three components of the ambient
-        field, then imaginary ones.
     """
 
     vertices: np.ndarray
@@ -57,7 +54,6 @@ class SkinModel:
     tau_s: np.ndarray
     drive: np.ndarray
     streams: np.ndarray
-    whole: np.ndarray
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -72,14 +68,6 @@ class SkinModel:
     def at(self, points: np.ndarray) -> Modes:
         """Return the modes with their field at places, (p, 3) [m] in body axes."""
         return Modes(self.tau_s, self.drive, stream_field(self.surface, self.streams, points))
-
-    def truncation_error(self, points: np.ndarray) -> np.ndarray:
-        """Return the relative error of the modes at places (p, 3) [m] against all currents at ``CHECK_HZ``, (p,)."""
-        omega = 2j * np.pi * CHECK_HZ
-        modes, whole = self.at(points), stream_field(self.surface, self.whole, points)
-        exact = whole[..., :3] + 1j * whole[..., 3:]
-        got = np.einsum("sik,k,kj->sij", modes.field, -omega / (1.0 + omega * modes.tau_s), modes.drive)
-        return np.linalg.norm(got - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
 
     def resolved(self, points: np.ndarray) -> np.ndarray:
         """Return whether places (p, 3) [m] are farther from the metal than one edge of its mesh, (p,) bool."""
@@ -149,6 +137,26 @@ def compute_skin(skin: Skin, points: np.ndarray) -> SkinModel:
     return SkinModel(**_solve(skin, _geometry(skin, points)))
 
 
+def truncation_error(skin: Skin, points: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the relative error of the modes of a skin at places against all its currents at ``CHECK_HZ``, (p,).
+
+    Parameters
+    ----------
+    skin : Skin
+    points : (s, 3) [m]
+        Places of sensors, around which the mesh is fine.
+    places : (p, 3) [m]
+    """
+    geometry, omega = _geometry(skin, points), 2j * np.pi * CHECK_HZ
+    model = SkinModel(**_solve(skin, geometry))
+    shells = _shells(skin, model.surface, geometry["part"], geometry["inductance"])
+    streams = phasor_streams(shells, CHECK_HZ)
+    exact = stream_field(model.surface, streams.real, places) + 1j * stream_field(model.surface, streams.imag, places)
+    modes = model.at(places)
+    got = np.einsum("sik,k,kj->sij", modes.field, -omega / (1.0 + omega * modes.tau_s), modes.drive)
+    return np.linalg.norm(got - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+
+
 def load_skin(skin: Skin, points: np.ndarray) -> SkinModel:
     """Return the result of ``compute_skin``, from the cache where it is known.
 
@@ -157,9 +165,9 @@ def load_skin(skin: Skin, points: np.ndarray) -> SkinModel:
     shape = skin.model_dump(mode="json", exclude={"parts": {"__all__": {*MATERIAL, "source"}}})
 
     def solve() -> Arrays:
-        return _solve(skin, cached("skin_geometry", {"skin": shape, "points": points}, lambda: _geometry(skin, points)))
+        return _solve(skin, kept("skin_geometry", {"skin": shape, "points": points}, lambda: _geometry(skin, points)))
 
-    return SkinModel(**cached("skin", {"skin": skin.model_dump(mode="json"), "points": points}, solve))
+    return SkinModel(**kept("skin", {"skin": skin.model_dump(mode="json"), "points": points}, solve))
 
 
 def _geometry(skin: Skin, points: np.ndarray) -> Arrays:
@@ -178,12 +186,10 @@ def _solve(skin: Skin, geometry: Arrays) -> Arrays:
     surface = TriangleMesh(geometry["vertices"], geometry["triangles"])
     shells = _shells(skin, surface, geometry["part"], geometry["inductance"])
     modes = driven_modes(shells, ORDERS)
-    whole = phasor_streams(shells, CHECK_HZ)
     return {
         "vertices": shells.surface.vertices,
         "triangles": shells.surface.triangles,
         "tau_s": modes.tau_s,
         "drive": modes.drive,
         "streams": modes.streams,
-        "whole": np.concatenate([whole.real, whole.imag], axis=1),
     }

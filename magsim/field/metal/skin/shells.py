@@ -281,9 +281,9 @@ def driven_modes(shells: ThinShells, orders: int) -> StreamModes:
     """
     resistance, inductance = shells.resistance, shells.inductance
     solve = splu(resistance).solve
-    basis = np.zeros((resistance.shape[0], 0))
+    basis = pulls = np.zeros((resistance.shape[0], 0))
     block = solve(shells.flux)
-    for order in range(orders):
+    for _ in range(orders):
         first = basis.shape[1]
         for column in block.T:
             fresh, size = column, np.sqrt(column @ (resistance @ column))
@@ -294,9 +294,10 @@ def driven_modes(shells: ThinShells, orders: int) -> StreamModes:
                 basis = np.column_stack([basis, fresh / rest])
         if basis.shape[1] == first:
             break
-        if order + 1 < orders:
-            block = solve(inductance @ basis[:, first:])
-    tau, turn = eigh(basis.T @ (inductance @ basis))
+        pull = inductance @ basis[:, first:]
+        pulls = np.column_stack([pulls, pull])
+        block = solve(pull)
+    tau, turn = eigh(basis.T @ pulls)
     tau, shapes = tau[::-1], (basis @ turn)[:, ::-1]
     # A mode has no sign of its own: the largest entry is made positive, so that results can be compared.
     shapes = shapes * np.sign(shapes[np.argmax(np.abs(shapes), axis=0), np.arange(len(tau))])

@@ -16,7 +16,7 @@ from scipy.linalg import cho_factor, cho_solve, solve, svd
 from magsim.aircraft.magnetics import Steel
 from magsim.field.metal.steel.induced import Condensed, InducedModel, Part, Sheet
 from magsim.field.metal.steel.meshing import check_apart, steel_parts, walls_of
-from magsim.storage import cached
+from magsim.storage import kept
 from magsim.streams import stream
 from magsim.threads import one_blas_thread
 
@@ -118,7 +118,7 @@ def load_family(nominal: Sequence[Steel], files: Mapping[str, bytes], digests: M
         If the space does not reach ``TOLERANCE``.
     """
     key = {"shapes": [_shape(part) for part in nominal], "weights": weights_of(nominal), "files": dict(digests)}
-    return SteelFamily(**cached("steel_family", key, lambda: _solve(nominal, files)))
+    return SteelFamily(**kept("steel_family", key, lambda: _solve(nominal, files)))
 
 
 def _unit(part: Part) -> Part:

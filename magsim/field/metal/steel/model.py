@@ -24,7 +24,7 @@ from magsim.field.metal.steel.induced import (
 )
 from magsim.field.metal.steel.meshing import check_apart, steel_parts, walls_of
 from magsim.field.metal.steel.reaction import dipole_charge
-from magsim.storage import cached
+from magsim.storage import kept
 from magsim.threads import one_blas_thread
 from magsim.units import MU0, NT_PER_T
 
@@ -258,14 +258,14 @@ def load_steel(aircraft: Vehicle) -> SteelModel:
     nominal = aircraft.nominal
     own, bare = aircraft.magnetics.steel, any(not dipole.installed for dipole in aircraft.magnetics.permanent)
     if nominal is None or bare or own == nominal.magnetics.steel or not in_family(own, nominal.magnetics.steel):
-        return _model(aircraft, lambda key, make: cached("steel", key, make))
+        return _model(aircraft, lambda key, make: kept("steel", key, make))
     of_type = nominal.magnetics.steel
 
     def member() -> Arrays:
         return _member(load_family(of_type, nominal.files, file_digests(nominal)), weights_of(own))
 
     family = {"family": [part.model_dump(mode="json", exclude={"source"}) for part in of_type]}
-    return _model(aircraft, lambda key, _: cached("steel", key | family, member))
+    return _model(aircraft, lambda key, _: kept("steel", key | family, member))
 
 
 def _member(family: SteelFamily, weights: np.ndarray) -> Arrays:

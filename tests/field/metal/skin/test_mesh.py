@@ -16,7 +16,7 @@ from magsim.field.geometry.meshes import TriangleMesh, box_surface, icosphere
 from magsim.field.geometry.refine import distance_to_triangles, refine
 from magsim.field.metal.skin.lofts import ellipse, superellipse, volume
 from magsim.field.metal.skin.mesh import Outline, checked, graded, join, outline
-from magsim.field.metal.skin.model import SkinModel, compute_skin, shells_of
+from magsim.field.metal.skin.model import SkinModel, compute_skin, shells_of, truncation_error
 from magsim.field.metal.skin.shells import ThinShells, driven_modes, stream_field
 
 NOWHERE = np.zeros((0, 3))
@@ -61,9 +61,12 @@ def _panels(**changes: object) -> dict:
     return settings
 
 
+SENSORS = np.array([[0.0, 0.3, 0.25]])
+
+
 @pytest.fixture(scope="module")
 def small() -> SkinModel:
-    return compute_skin(Skin.model_validate(_panels()), np.array([[0.0, 0.3, 0.25]]))
+    return compute_skin(Skin.model_validate(_panels()), SENSORS)
 
 
 def test_the_skin_has_the_published_size(aircraft: Aircraft, whole: Outline) -> None:
@@ -145,7 +148,7 @@ def test_distance_to_a_triangle() -> None:
 
 def test_model_tells_its_error_and_where_it_is_coarse(small: SkinModel) -> None:
     places = np.array([[0.0, 0.3, 0.25], [0.0, 0.0, 2.0], [0.0, 1.0, 0.12]])
-    assert small.truncation_error(places).max() < 1e-8
+    assert truncation_error(Skin.model_validate(_panels()), SENSORS, places).max() < 1e-8
     assert small.resolved(places).tolist() == [True, True, False]
     modes = small.at(places)
     assert modes.field.shape == (3, 3, len(modes.tau_s))
