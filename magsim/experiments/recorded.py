@@ -6,11 +6,12 @@ from datetime import datetime
 import numpy as np
 
 from magsim import columns, signals
-from magsim.aircraft.magnetics import ControlDipole, HingedDipole, Magnetics
+from magsim.aircraft.magnetics import ControlDipole, HingedDipole, Magnetics, Memory
 from magsim.earth import decimal_years, igrf
 from magsim.errors import RequestError
 from magsim.field.load import load_g
 from magsim.field.metal.eddy import Modes, slow_states
+from magsim.field.sources.memory import remembered
 from magsim.field.sources.rotors import ShaftDipole, mean_moment
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.recording import Recording
@@ -82,6 +83,10 @@ class RecordedExcitation:
         """Return that of a person who sits still, (1, 4): no recording holds more."""
         del person
         return np.zeros((1, 4))
+
+    def remembered(self, memory: Memory) -> np.ndarray:
+        """Return the field that steel with a memory answers beside the ambient one, (n, 3) [nT]."""
+        return remembered(memory, self.ambient_b, self.step_s, self.settings.memory)
 
     def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
         """Return the mean moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""

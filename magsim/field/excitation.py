@@ -7,11 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
-from magsim.aircraft.magnetics import ControlDipole, HingedDipole, Magnetics
+from magsim.aircraft.magnetics import ControlDipole, HingedDipole, Magnetics, Memory
 from magsim.errors import RequestError
 from magsim.field.load import load_g, specific_force
 from magsim.field.metal import eddy
 from magsim.field.situation import Situation
+from magsim.field.sources.memory import remembered
 from magsim.field.sources.rotors import Rotation, ShaftDipole, rotating_moment, rotor_rotation, rotor_stream
 from magsim.field.sources.seats import posture
 from magsim.field.stepping import derivative
@@ -64,6 +65,9 @@ class Excitation(Protocol):
 
     def posture(self, person: str) -> np.ndarray:
         """Return how far a person is from the mean posture, and turned, (n, 4) [m], [rad], or (1, 4) at rest."""
+
+    def remembered(self, memory: Memory) -> np.ndarray:
+        """Return the field that steel with a memory answers beside the ambient one, (n, 3) [nT]."""
 
     def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
         """Return the moment of a source on the shaft of a rotor, (n, 3) [A m^2]."""
@@ -196,17 +200,25 @@ class FlightExcitation:
     @cached_property
     def rotations(self) -> dict[str, Rotation]:
         """Angles of the rotors that carry sources."""
-        flight, seed = self.situation.flight, self.situation.scenario.seed
-        return {
-            name: rotor_rotation(
-                self.magnetics.rotors[name],
-                rotor_stream(seed, name),
-                flight.carrier.time_s,
-                flight.rotors.get(name),
-                self.situation.time_s,
-            )
-            for name in dict.fromkeys(dipole.rotor for dipole in self.magnetics.rotating)
-        }
+        return {name: self._rotation(name) for name in dict.fromkeys(d.rotor for d in self.magnetics.rotating)}
+
+    def _rotation(self, name: str) -> Rotation:
+        passage, rotor = self.situation.passage, self.magnetics.rotors[name]
+        flight = passage.flight
+
+        def rotation() -> Rotation:
+            random = rotor_stream(passage.scenario.seed, name)
+            return rotor_rotation(rotor, random, flight.carrier.time_s, flight.rotors.get(name), passage.time_s)
+
+        return passage.once(("rotation", name, rotor.model_dump_json()), rotation)
+
+    def remembered(self, memory: Memory) -> np.ndarray:
+        """Return the field that steel with a memory answers beside the ambient one, (n, 3) [nT]."""
+        settings = self.settings.memory
+        return self.situation.passage.once(
+            ("remembered", memory.model_dump_json(), settings.model_dump_json()),
+            lambda: remembered(memory, self.ambient_b, self.step_s, settings),
+        )
 
     def moment(self, source: ShaftDipole, rotor: str) -> np.ndarray:
         """Return the moment of a source on the shaft of a rotor, each sample its mean over the step, (n, 3) [A m^2]."""

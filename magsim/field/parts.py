@@ -16,7 +16,6 @@ from magsim.field.hanging import hanging_strengths, rotating_on
 from magsim.field.kernels import summed
 from magsim.field.response import AircraftResponse
 from magsim.field.sources.dipoles import DeflectedDipole, DeflectedDipoles
-from magsim.field.sources.memory import remembered
 from magsim.field.sources.moving import LinkedDipole, SeatedDipole
 from magsim.field.sources.rotors import ShaftDipole, SpinningDipole
 from magsim.population.spreads import MAGNETS
@@ -68,8 +67,8 @@ def _ambient(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
 
 def _remembered(excitation: Excitation, response: AircraftResponse) -> np.ndarray | None:
     del response
-    magnetics, settings = excitation.magnetics, excitation.settings.memory
-    return remembered(magnetics.memory, excitation.ambient_b, excitation.step_s, settings)
+    memory = excitation.magnetics.memory
+    return None if memory is None else excitation.remembered(memory)
 
 
 def _eddy_states(excitation: Excitation, response: AircraftResponse) -> np.ndarray:
@@ -203,7 +202,7 @@ def _hinged(excitation: Excitation) -> list[TurningDipole]:
         if dipole.magnet is None or excitation.warmth is None:
             cold.append(deflected)
         else:
-            warm.append(_in_this_air(excitation, dipole, deflected))
+            warm.append(_in_this_air(excitation, dipole, DeflectedDipoles((deflected,))))
     return [DeflectedDipoles(tuple(cold)), *warm]
 
 

@@ -96,21 +96,19 @@ def viscosity(
     return out
 
 
-def remembered(memory: Memory | None, ambient_b: np.ndarray, step_s: float, settings: MemoryPart) -> np.ndarray | None:
+def remembered(memory: Memory, ambient_b: np.ndarray, step_s: float, settings: MemoryPart) -> np.ndarray:
     """Return the field ``z`` that the steel answers beside the ambient one, (n, 3) [nT].
 
     Parameters
     ----------
-    memory : Memory, optional
-        Of the aircraft file; without one the result is None.
+    memory : Memory
+        Of the aircraft file.
     ambient_b : (n, 3) [nT]
     step_s : float [s]
     settings : MemoryPart
         Which of hysteresis and viscosity are on, and the state before the first sample.
     """
-    if memory is None:
-        return None
-    state = np.zeros_like(ambient_b)
+    state = np.zeros(ambient_b.shape)
     if settings.hysteresis:
         state += hysteresis(ambient_b, memory.radii_nt, memory.weights, settings.start)
     if settings.viscosity:

@@ -7,13 +7,15 @@ a window gets the alias that its own window and rate make, whatever the step of 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
 from scipy.special import spherical_jn
 
 from magsim.aircraft.magnetics import RotatingDipole, Rotor
+from magsim.field.kernels import summed
 from magsim.field.sources.dipoles import SCALE, dipole_field
 from magsim.streams import stream
 
@@ -35,6 +37,13 @@ class Rotation:
     speed: np.ndarray
     rise: np.ndarray
     jerk: np.ndarray
+    _tones: dict[float, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+
+    def tone(self, step_s: float) -> np.ndarray:
+        """Return ``mean_tone`` of the rotation, computed once, (n,) complex."""
+        if step_s not in self._tones:
+            self._tones[step_s] = mean_tone(self, step_s)
+        return self._tones[step_s]
 
     def at_ratio(self, ratio: float) -> "Rotation":
         """Return the rotation of a rotor that turns ``ratio`` times as fast."""
@@ -59,12 +68,7 @@ def wander(time_s: np.ndarray, sigma: float, correlation_s: float, rng: np.rando
     keep = math.exp(-1.0 / (WANDER_HZ * correlation_s))
     steps = sigma * math.sqrt(1.0 - keep**2) * rng.standard_normal(count)
     steps[0] *= 1.0 / math.sqrt(1.0 - keep**2)
-    speeds = np.empty(count)
-    state = 0.0
-    for k, step in enumerate(steps):
-        state = keep * state + step
-        speeds[k] = state
-    return CubicSpline(knots, speeds)
+    return CubicSpline(knots, lfilter([1.0], [1.0, -keep], steps))
 
 
 def rotation_of(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float) -> Rotation:
@@ -199,7 +203,7 @@ def rotating_moment(source: ShaftDipole, motion: Rotation, step_s: float, ambien
     (n, 3) [A m^2]
     """
     fixed, cosine, sine = source.moments()
-    once = mean_tone(motion, step_s)
+    once = motion.tone(step_s)
     out = fixed + once.real[:, None] * cosine + once.imag[:, None] * sine
     if np.any(source.polarizability):
         twice = mean_tone(motion.at_ratio(2.0), step_s)
@@ -246,7 +250,7 @@ class SpinningDipole:
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the field at fixed points (s, 3) [m], (n, s, 3) [nT]."""
-        return np.einsum("sij,nj->nsi", self.gains(points), self.strengths)
+        return np.swapaxes(summed(self.gains(points), np.ascontiguousarray(self.strengths)), 0, 1)
 
     def along(self, places: np.ndarray) -> np.ndarray:
         """Return the field at moving places (n, s, 3) [m], (n, s, 3) [nT]."""

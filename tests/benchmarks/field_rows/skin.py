@@ -13,7 +13,7 @@ from magsim.field.geometry.meshes import TriangleMesh, disc_grid, icosphere
 from magsim.field.metal.coils import Loop, inductance
 from magsim.field.metal.eddy import states
 from magsim.field.metal.skin.mesh import outline
-from magsim.field.metal.skin.model import compute_skin, shells_of
+from magsim.field.metal.skin.model import compute_skin, shells_of, truncation_error
 from magsim.field.metal.skin.shells import ThinShells, driven_modes
 from magsim.units import MU0
 from tests.benchmarks.rows import Row, at_most, stated
