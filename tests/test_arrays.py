@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magsim.arrays import readonly
+from magsim.arrays import frozen, given_up, readonly
 
 
 @pytest.mark.parametrize("view", [lambda a: a, lambda a: a[1:], lambda a: a[:, None]])
@@ -60,3 +60,38 @@ def test_always_c_ordered_float64(source):
     assert kept.flags.aligned
     assert not kept.flags.writeable
     np.testing.assert_array_equal(kept, source)
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        lambda a: a,
+        lambda a: a[1:],
+        lambda a: np.swapaxes(a, 0, 1),
+        lambda a: np.broadcast_to(a[:1], a.shape),
+        lambda a: a.T[::2],
+        np.asfortranarray,
+    ],
+)
+def test_what_is_given_up_stays_where_it_lies_and_cannot_be_written_to(part):
+    source = np.arange(24.0).reshape(4, 3, 2)
+    mine = part(source)
+    expected = mine.copy()
+    kept = given_up(mine)
+    np.testing.assert_array_equal(kept, expected)
+    assert kept.strides == mine.strides
+    assert np.shares_memory(kept, mine)
+    with pytest.raises(ValueError, match="read-only"):
+        kept[0] = 1.0
+    with pytest.raises(ValueError, match="cannot set WRITEABLE flag"):
+        kept.flags.writeable = True
+    assert frozen(kept) is kept
+    assert given_up(kept) is kept
+
+
+def test_what_can_be_written_to_is_copied_when_it_is_frozen():
+    source = np.arange(6.0).reshape(2, 3)
+    kept = frozen(source.T)
+    source[:] = 9.0
+    assert kept.tolist() == [[0.0, 3.0], [1.0, 4.0], [2.0, 5.0]]
+    assert given_up(np.zeros((0, 3))).shape == (0, 3)

@@ -38,9 +38,9 @@ def situation_of(
     """Return the situation of a body in its background, at some of its mounts."""
     passage = background.passage
     places = response.positions_m[response.rows(mounts)] - passage.path.reference_b
-    parts, ambient_b = background.with_center(dict(zip(mounts, places, strict=True)))
+    parts = background.at_mounts(dict(zip(mounts, places, strict=True)))
     fields = {name: np.swapaxes(part, 0, 1) for name, part in parts.items()}
-    return Situation(scenario, vehicle.magnetics, response, passage, mounts, fields, ambient_b)
+    return Situation(scenario, vehicle.magnetics, response, passage, mounts, fields, background.center)
 
 
 def backgrounds_of(scenario: Scenario, flight: Flight, ground: Ground | None = None) -> dict[str, Background]:

@@ -53,7 +53,7 @@ class Passage:
     flight: Flight
     ground: Ground | None
     time_s: np.ndarray
-    _known: dict[Hashable, Any] = field(default_factory=dict, repr=False, compare=False)
+    _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def once(self, key: Hashable, compute: Callable[[], T]) -> T:
         """Return what depends on the passage and a key alone: computed once, for all aircraft that are on it."""

@@ -21,7 +21,13 @@ SCHEMA = 1
 """Version of the contents of ``Recording.meta``."""
 
 
-def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTruth]) -> Recording:
+def record(
+    loaded: LoadedScenario,
+    flight: Flight,
+    truths: Mapping[str, FieldTruth],
+    *,
+    station_n: np.ndarray | None = None,
+) -> Recording:
     """Record a finished flight in its true field.
 
     Parameters
@@ -30,6 +36,8 @@ def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTru
     flight : Flight
     truths : mapping of str to FieldTruth
         From ``compute_fields``.
+    station_n : (n, 3) [nT], optional
+        The field at the base station, north, east, down, where it is known already.
 
     Returns
     -------
@@ -43,8 +51,8 @@ def record(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldTru
     scenario = loaded.scenario
     settings, samples_s = scenario.recording, truths["carrier"].time_s
     acquisition = Acquisition.of(samples_s, flight.duration_s, flight.simulation_rate_hz, settings.rate_hz)
-    station, station_n = scenario.sensors.base, None
-    if station is not None:
+    station = scenario.sensors.base
+    if station is not None and station_n is None:
         station_n = station_field(station, scenario, loaded.ground, samples_s)
     seed = scenario.seed if scenario.sensors.seed is None else scenario.sensors.seed
     measured = MeasuredFlight(

@@ -4,8 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from magsim.errors import RequestError
 from magsim.field import Background, backgrounds_of, compute_field, compute_tow_field
+from magsim.field.background import station_field
+from magsim.field.situation import Passage
 from magsim.flight import check_over_sea, fly
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
@@ -82,13 +86,16 @@ class Simulator:
         with one_blas_thread():
             try:
                 check_over_sea(loaded.scenario, loaded.aircraft, loaded.ground)
-                flight, flight_key = self._flown(loaded, _step(progress, "flight"))
-                truths = self._field(loaded, flight, flight_key, _step(progress, "field"))
+                flight, key = self._flown(loaded, _step(progress, "flight"))
+                around = BackgroundInputs.of(loaded)
+                key = f"{key} {around.key}"
+                known = self._backgrounds.get(key, lambda: backgrounds_of(around.scenario, flight, around.ground))
+                truths = self._field(loaded, flight, known, key, _step(progress, "field"))
             except RequestError as error:
                 raise RequestError(loaded.placed(str(error))) from None
             report = _step(progress, "sensors")
             report(0.0)
-            recording = record(loaded, flight, truths)
+            recording = record(loaded, flight, truths, station_n=_station(loaded, known["carrier"].passage))
             report(1.0)
         return recording
 
@@ -100,19 +107,24 @@ class Simulator:
         return flight, inputs.key
 
     def _field(
-        self, loaded: LoadedScenario, flight: Flight, flight_key: str, report: Share
+        self, loaded: LoadedScenario, flight: Flight, known: Mapping[str, Background], key: str, report: Share
     ) -> Mapping[str, FieldTruth]:
-        """Return the true field of a flight."""
-        around, inputs = BackgroundInputs.of(loaded), FieldInputs.of(loaded)
-        key = f"{flight_key} {around.key}"
-
-        def compute() -> dict[str, FieldTruth]:
-            known = self._backgrounds.get(key, lambda: backgrounds_of(around.scenario, flight, around.ground))
-            return compute_inputs(inputs, flight, known, report)
-
-        truths = self._truths.get(f"{key} {inputs.key}", compute)
+        """Return the true field of a flight in its background, whose key is given."""
+        inputs = FieldInputs.of(loaded)
+        truths = self._truths.get(f"{key} {inputs.key}", lambda: compute_inputs(inputs, flight, known, report))
         report(1.0)
         return truths
+
+
+def _station(loaded: LoadedScenario, passage: Passage) -> np.ndarray | None:
+    """Return the field at the base station at the times of a passage, (n, 3) [nT]; None without a station."""
+    station = loaded.scenario.sensors.base
+    if station is None:
+        return None
+    return passage.once(
+        ("station", station.model_dump_json()),
+        lambda: station_field(station, passage.scenario, passage.ground, passage.time_s),
+    )
 
 
 def fly_inputs(inputs: FlightInputs, report: Share | None = None) -> Flight:

@@ -11,6 +11,7 @@ from magsim.errors import RequestError
 from magsim.field import AircraftResponse, compute_response, load_response, response_at
 from magsim.field.metal.steel.model import load_steel
 from magsim.field.sources.dipoles import dipole_field
+from magsim.population import individual_of
 
 ARRAYS = ("positions_m", "permanent_nt", "induced", "tau_s", "drive", "field")
 
@@ -155,3 +156,15 @@ def test_what_the_file_allows_the_mesh_allows(aircraft: Aircraft) -> None:
     meshes = load_steel(aircraft).obstacles(places)
     assert sum(mesh is not None for mesh in meshes) > 100
     assert not [mesh for text, mesh in zip(found, meshes, strict=True) if text is None and mesh is not None]
+
+
+def test_an_individual_is_asked_for_some_of_its_mounts_and_a_type_for_all(aircraft: Aircraft) -> None:
+    some = ("cabin_rear", "sgl_mag_1")
+    assert load_response(aircraft, mounts=some).mounts == tuple(aircraft.mounts)
+    one = individual_of(aircraft, 3)
+    part, whole = load_response(one, mounts=some), load_response(one)
+    assert part.mounts == tuple(name for name in aircraft.mounts if name in some)
+    rows = whole.rows(part.mounts)
+    for name in ("positions_m", "permanent_nt", "induced", "field", "wiring_nt_per_a", "hanging"):
+        expected = getattr(whole, name)[rows]
+        np.testing.assert_allclose(getattr(part, name), expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max())

@@ -65,3 +65,10 @@ def test_decimator_refuses():
     assert decimator(x, decimator.half, rows).shape == (rows,)
     with pytest.raises(ValueError, match="run-out"):
         decimator(x, decimator.half, rows + 1)
+
+
+def test_a_repeated_constant_is_filtered_as_any_other_signal():
+    decimator, table = Decimator(120.0, 10.0), np.array([[2.5, -1.0]])
+    lazy = decimator(np.broadcast_to(table, (1000, 2)))
+    np.testing.assert_allclose(lazy, decimator(np.repeat(table, 1000, axis=0)), rtol=1e-14)
+    assert lazy.shape[1] == 2

@@ -4,10 +4,12 @@ import copy
 from collections import Counter
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from magsim.aircraft import load_aircraft
 from magsim.errors import DataError
+from magsim.field.background import crust, departure, main_field
 from magsim.flight import fly
 from magsim.loading import LoadedScenario, load_scenario
 from magsim.recording import Recording
@@ -162,6 +164,41 @@ def test_other_instruments_read_the_same_field(base, primed, counted, change):
     shared = copy.deepcopy(primed).simulate(base.changed([change]))
     assert not counted
     assert_same(shared, simulate(base.changed([change])))
+
+
+def test_individuals_share_what_does_not_depend_on_places(base, primed, monkeypatch):
+    """Main field and its departure are not computed again; the crust is, at mounts that scatter by millimeters."""
+    simulator = copy.deepcopy(primed)
+    calls: Counter[str] = Counter()
+    for module, name in ((main_field, "earth_along"), (departure, "departure_of"), (crust, "crust_of")):
+        work = getattr(module, name)
+
+        def counting(*args: object, name: str = name, work: object = work) -> object:
+            calls[name] += 1
+            return work(*args)
+
+        monkeypatch.setattr(module, name, counting)
+    field_e = crust.CrustField.field_e
+    asked: list[int] = []
+    monkeypatch.setattr(crust.CrustField, "field_e", lambda self, at: (asked.append(len(at)), field_e(self, at))[1])
+    simulator.simulate(base.changed(["individual=5"]))
+    assert not calls
+    assert len(asked) == 2  # two mounts; not the reference point
+    simulator.simulate(base.changed(["individual=5", "field.induced.scale=2.0"]))
+    assert len(asked) == 2
+
+
+def test_fields_do_not_depend_on_what_was_asked_for_before(base):
+    flight = simulator.fly_inputs(FlightInputs.of(base))
+    arms = {"a": np.array([1.0, 0.2, 0.3]), "b": np.array([-2.0, 0.1, 0.0]), "c": np.array([0.5, 0.5, 0.5])}
+    first, fresh = (simulator.backgrounds_of(base.scenario, flight, base.ground)["carrier"] for _ in range(2))
+    first.at_mounts({"a": arms["a"]})
+    first.at_mounts({"b": arms["b"], "c": arms["c"]})
+    parts, wanted = first.at_mounts(arms), fresh.at_mounts(arms)
+    assert first.center.tobytes() == fresh.center.tobytes()
+    assert {name: part.tobytes() for name, part in parts.items()} == {n: p.tobytes() for n, p in wanted.items()}
+    there = fresh.at({"b": arms["b"], "far": arms["b"]})
+    assert {name: part[1].tobytes() for name, part in wanted.items()} == {n: p[0].tobytes() for n, p in there.items()}
 
 
 def test_a_simulator_keeps_the_last_alone(base, counted):

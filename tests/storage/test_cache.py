@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from magsim.storage import cache as caching
-from magsim.storage import cache_folder, cached, reported
+from magsim.storage import cache_folder, cached, kept, reported
 
 
 @pytest.fixture
@@ -199,3 +199,24 @@ def test_another_library_or_machine_is_computed_again(cache, monkeypatch, name):
     monkeypatch.setattr(caching, "kind_of_machine", lambda: real | {name: "another"})
     cached("part", "k", make)
     assert make.calls == 2
+
+
+def test_the_last_results_of_a_kind_stay_in_memory(cache, tmp_path, monkeypatch):
+    makers = [Maker(x=np.array([float(k)])) for k in range(caching.RECENT + 1)]
+    first = kept("thing", "0", makers[0])
+    for file in (cache / "thing").iterdir():
+        file.unlink()
+    assert same(kept("thing", "0", makers[0]), first)
+    assert makers[0].calls == 1  # neither computed nor read again
+    with pytest.raises(ValueError, match="read-only"):
+        first["x"][0] = 5.0
+    for k, maker in enumerate(makers):
+        kept("thing", str(k), maker)
+    assert len(caching._recent["thing"]) == caching.RECENT
+    for file in (cache / "thing").iterdir():
+        file.unlink()
+    kept("thing", "0", makers[0])
+    assert makers[0].calls == 2  # it had gone
+    monkeypatch.setenv("MAGSIM_CACHE", str(tmp_path / "other"))
+    kept("thing", "0", makers[0])
+    assert makers[0].calls == 3  # another folder is another cache

@@ -96,8 +96,12 @@ def positions_along(path: Trajectory, arms_b: np.ndarray, time_s: np.ndarray) ->
         From the reference point, body axes.
     time_s : (n,) [s]
     """
-    turned = np.einsum("njk,sj->nsk", path.rot_be_at(time_s), arms_b)
-    return path.motion_e_at(time_s)[0][:, None, :] + turned
+    rot_be, center_e = path.rot_be_at(time_s), path.motion_e_at(time_s)[0]
+    out = np.empty((len(time_s), len(arms_b), 3))
+    for s, arm_b in enumerate(arms_b):
+        # Place by place: the last bits of one do not depend on how many there are.
+        out[:, s] = center_e + np.einsum("njk,j->nk", rot_be, arm_b)
+    return out
 
 
 def sampled(path: Trajectory, time_s: np.ndarray) -> Knots:

@@ -1,6 +1,7 @@
 """The whole background of a flight: every part that is on, at any places of a body."""
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 
 import numpy as np
 
@@ -62,25 +63,20 @@ class Background:
         places = Places.of(arms_b)
         return {name: self._part(name)(places) for name in self.names}
 
-    def with_center(self, arms_b: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.ndarray]:
-        """Return every part at some places, which are kept for the next call, and the whole at the reference point.
-
-        Parameters
-        ----------
-        arms_b : mapping of str to (3,) [m]
-
-        Returns
-        -------
-        parts : dict of str to (p, n, 3) [nT]
-        whole : (n, 3) [nT]
-        """
-        places = Places.of({**arms_b, CENTER: np.zeros(3)})
-        whole, parts = np.zeros((len(self.passage.time_s), 3)), {}
+    @cached_property
+    def center(self) -> np.ndarray:
+        """The whole background at the reference point, (n, 3) [nT] body axes."""
+        places = Places.of({CENTER: np.zeros(3)})
+        out = np.zeros((len(self.passage.time_s), 3))
         for name in self.names:
-            fields = self._kept(name, places)
-            whole += fields[-1]
-            parts[name] = np.array(fields[:-1]).reshape(-1, *whole.shape)
-        return parts, whole
+            out += self._part(name)(places)[0]
+        return out
+
+    def at_mounts(self, arms_b: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the same as ``at``, and keep it: places of the call before are not computed again."""
+        places = Places.of(arms_b)
+        shape = (len(arms_b), len(self.passage.time_s), 3)
+        return {name: np.array(self._kept(name, places)).reshape(shape) for name in self.names}
 
     def _part(self, name: str) -> Callable[[Places], np.ndarray]:
         """Return the function from places to a part."""

@@ -37,7 +37,7 @@ class Rotation:
     speed: np.ndarray
     rise: np.ndarray
     jerk: np.ndarray
-    _tones: dict[float, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+    _tones: dict[float, np.ndarray] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def tone(self, step_s: float) -> np.ndarray:
         """Return ``mean_tone`` of the rotation, computed once, (n,) complex."""

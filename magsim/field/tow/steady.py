@@ -31,7 +31,7 @@ def steady_background(below: Situation, mount: str) -> np.ndarray:
     arm_b = below.positions_m[below.mounts.index(mount)] - passage.path.reference_b
     places_e = positions_along(passage.path, arm_b[None], passage.path.time_s)[:, 0]
     smooth = replace(passage.flight, carrier=smoothed(passage.path, places_e))
-    _, field_b = Background(replace(passage, flight=smooth)).with_center({})
+    field_b = Background(replace(passage, flight=smooth)).center
     return np.sqrt(np.einsum("ni,ni->n", field_b, field_b))
 
 
