@@ -135,25 +135,19 @@ class Decimator:
             out[:, column] = self._column(table[:, column], first - self.half, rows)
         return out.reshape(rows, *values.shape[1:])
 
-    @cached_property
-    def _phases(self) -> np.ndarray:
-        """The impulse response in blocks of as many taps as an output row has samples, filled up by zeros, (b, f)."""
-        blocks = -(-len(self.taps) // self.factor)
-        return np.pad(self.taps, (0, blocks * self.factor - len(self.taps))).reshape(blocks, self.factor)
-
     def _column(self, values: np.ndarray, start: int, rows: int) -> np.ndarray:
-        """One column from a sample on: every block of taps times every block of samples, summed along the diagonals.
+        """One column from a sample on: blocks of taps times blocks of samples, summed along the diagonals.
 
-        Of all ways to the same sums of products it is the fastest; each product sums over one block.
+        Of all ways to the same sums of products it is the fastest; each product sums over one block of as many samples
+        as an output row has.
         """
         if values.strides[0] == 0:  # a constant, repeated without memory
             return np.repeat(self._column(values[: len(self.taps)].copy(), 0, 1), rows)
-        blocks = len(self._phases)
-        samples = values[start : start + (rows + blocks - 1) * self.factor]
-        missing = (rows + blocks - 1) * self.factor - len(samples)
-        samples = np.concatenate([samples, np.zeros(missing)]) if missing else np.ascontiguousarray(samples)
-        products = self._phases @ samples.reshape(-1, self.factor).T
-        out = products[0, :rows].copy()
-        for j in range(1, blocks):
+        factor, (blocks, rest) = self.factor, divmod(len(self.taps), self.factor)
+        samples = np.ascontiguousarray(values[start : start + (rows - 1) * factor + len(self.taps)])
+        whole, last = self.taps[: blocks * factor].reshape(blocks, factor), self.taps[blocks * factor :]
+        products = whole @ samples[: (rows + blocks - 1) * factor].reshape(-1, factor).T
+        out = np.lib.stride_tricks.sliding_window_view(samples[blocks * factor :], rest)[::factor] @ last
+        for j in range(blocks):
             out += products[j, j : j + rows]
         return out

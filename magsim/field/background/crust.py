@@ -20,7 +20,7 @@ import numpy as np
 from magsim.arrays import readonly
 from magsim.earth import LocalFrame
 from magsim.errors import DataError
-from magsim.field.background.path import Knots, Places, along_path, knots_of
+from magsim.field.background.path import BodyPlaces, Knots, along_path, knots_of
 from magsim.field.situation import Passage
 from magsim.planning import shortest_crust_m
 from magsim.scenario import Scenario
@@ -181,7 +181,7 @@ def crust_of(scenario: Scenario, ground: Ground | None) -> CrustField:
     return CrustField(LocalFrame(lat, lon, plane_m), modes)
 
 
-def crust(passage: Passage) -> Callable[[Places], np.ndarray]:
+def crust(passage: Passage) -> Callable[[BodyPlaces], np.ndarray]:
     """Return the crustal field in body axes, evaluated along each place's own path, (p, n, 3) [nT].
 
     Raises

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from magsim.arrays import readonly
 from magsim.earth import LocalFrame, radii_of_curvature
 from magsim.field.background.main_field import knots_along
-from magsim.field.background.path import Places
+from magsim.field.background.path import BodyPlaces
 from magsim.field.background.waves import SYMMETRIC_3, Waves, derivatives, draw_waves
 from magsim.field.kernels import expanded_in_body
 from magsim.field.situation import Passage
@@ -144,7 +144,7 @@ def vector_along(departure: DepartureField, scenario: Scenario, time_s: np.ndarr
     return CubicSpline(knots, departure.vector_e(scenario.start.time_utc.timestamp() + knots))(time_s)
 
 
-def departure(passage: Passage) -> Callable[[Places], np.ndarray]:
+def departure(passage: Passage) -> Callable[[BodyPlaces], np.ndarray]:
     """Return the departure in body axes, by its derivatives at each place, (p, n, 3) [nT].
 
     To second order: at the end of an arm of 11 m the third leaves 2e-5 nT of a wave of 5 km and 45 nT.

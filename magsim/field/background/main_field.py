@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from magsim.earth import decimal_year, decimal_years, igrf
 from magsim.earth.igrf import field_of_model, igrf14
 from magsim.errors import DataError
-from magsim.field.background.path import Places
+from magsim.field.background.path import BodyPlaces
 from magsim.field.kernels import expanded_in_body
 from magsim.field.situation import Passage
 from magsim.frames import rotate_back
@@ -78,7 +78,7 @@ def earth_at_start(scenario: Scenario) -> np.ndarray:
     return igrf(*place, np.array([decimal_year(start.time_utc)]))[0]
 
 
-def earth(passage: Passage) -> Callable[[Places], np.ndarray]:
+def earth(passage: Passage) -> Callable[[BodyPlaces], np.ndarray]:
     """Return the main field in body axes, by its gradient at each place, (p, n, 3) [nT]."""
     scenario = passage.scenario
     if not scenario.field.earth.along_path:

@@ -32,8 +32,8 @@ REACH_STEP_M = 1.0
 
 
 @dataclass(frozen=True)
-class Places:
-    """Places in a body at which a field is asked for.
+class BodyPlaces:
+    """BodyPlaces in a body at which a field is asked for.
 
     Attributes
     ----------
@@ -50,15 +50,15 @@ class Places:
     reach_m: float
 
     @classmethod
-    def of(cls, arms_b: Mapping[str, np.ndarray]) -> "Places":
+    def of(cls, arms_b: Mapping[str, np.ndarray]) -> "BodyPlaces":
         """Return places by name, with the distance of the farthest, rounded up, as their reach."""
         arms = np.array(list(arms_b.values()), dtype=float).reshape(-1, 3)
         longest = float(np.sqrt(np.einsum("pi,pi->p", arms, arms)).max(initial=0.0))
         return cls(tuple(arms_b), arms, REACH_STEP_M * math.ceil(longest / REACH_STEP_M))
 
-    def some(self, chosen: list[int]) -> "Places":
+    def some(self, chosen: list[int]) -> "BodyPlaces":
         """Return some of the places, with the reach of all."""
-        return Places(tuple(self.names[p] for p in chosen), self.arms_b[chosen], self.reach_m)
+        return BodyPlaces(tuple(self.names[p] for p in chosen), self.arms_b[chosen], self.reach_m)
 
 
 @dataclass(frozen=True)
@@ -128,13 +128,13 @@ def knots_of(path: Trajectory, reach_m: float, time_s: np.ndarray, bounds: Bound
     return np.interp(np.linspace(0.0, count[-1], whole + 1), count, survey)
 
 
-def along_path(passage: Passage, places: Places, knots: np.ndarray, field_e: FieldE) -> np.ndarray:
+def along_path(passage: Passage, places: BodyPlaces, knots: np.ndarray, field_e: FieldE) -> np.ndarray:
     """Return a field at several places of a body along its path, (p, n, 3) [nT] body axes.
 
     Parameters
     ----------
     passage : Passage
-    places : Places
+    places : BodyPlaces
     knots : (k,) [s]
         From ``knots_of``.
     field_e : callable

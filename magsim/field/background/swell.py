@@ -24,7 +24,7 @@ from magsim.earth import LocalFrame, geodetic_from_ecef
 from magsim.earth.sea import LONGEST, SHORTEST, jonswap
 from magsim.errors import DataError
 from magsim.field.background.main_field import earth_at_start
-from magsim.field.background.path import Knots, Places, along_path, knots_of
+from magsim.field.background.path import BodyPlaces, Knots, along_path, knots_of
 from magsim.field.situation import Passage
 from magsim.scenario import Swell
 from magsim.streams import stream
@@ -121,7 +121,7 @@ def draw_waves(random: np.random.Generator, settings: Swell) -> SeaWaves:
     )
 
 
-def swell(passage: Passage) -> Callable[[Places], np.ndarray]:
+def swell(passage: Passage) -> Callable[[BodyPlaces], np.ndarray]:
     """Return the field of the swell in body axes, along each place's own path and at its own time, (p, n, 3) [nT].
 
     Raises
@@ -150,7 +150,7 @@ def swell(passage: Passage) -> Callable[[Places], np.ndarray]:
 
         return knots_of(path, reach_m, passage.time_s, bounds)
 
-    def fields(places: Places) -> np.ndarray:
+    def fields(places: BodyPlaces) -> np.ndarray:
         at_s = knots(places.reach_m)
 
         def field_e(position_e: np.ndarray) -> np.ndarray:

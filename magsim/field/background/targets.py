@@ -13,7 +13,7 @@ import numpy as np
 
 from magsim.earth import LocalFrame, decimal_year, igrf
 from magsim.errors import DataError
-from magsim.field.background.path import Bounds, Knots, Places, along_path, knots_of, positions_along
+from magsim.field.background.path import BodyPlaces, Bounds, Knots, along_path, knots_of, positions_along
 from magsim.field.background.prism import prism_field
 from magsim.field.situation import Passage
 from magsim.field.sources.dipoles import SCALE, dipole_field
@@ -141,7 +141,7 @@ def bounds_of(source: Source, arm_m: float) -> Bounds:
     return bounds
 
 
-def target(passage: Passage) -> Callable[[Places], np.ndarray]:
+def target(passage: Passage) -> Callable[[BodyPlaces], np.ndarray]:
     """Return the field of all targets in body axes, along each place's own path, (p, n, 3) [nT].
 
     Raises
@@ -155,7 +155,7 @@ def target(passage: Passage) -> Callable[[Places], np.ndarray]:
     def knots(number: int, reach_m: float) -> np.ndarray:
         return knots_of(passage.path, reach_m, passage.time_s, bounds_of(sources[number], reach_m))
 
-    def fields(places: Places) -> np.ndarray:
+    def fields(places: BodyPlaces) -> np.ndarray:
         total = np.zeros((len(places.arms_b), len(passage.time_s), 3))
         for number, source in enumerate(sources):
             check_outside(source, passage, places)
@@ -165,7 +165,7 @@ def target(passage: Passage) -> Callable[[Places], np.ndarray]:
     return fields
 
 
-def check_outside(source: Source, passage: Passage, places: Places) -> None:
+def check_outside(source: Source, passage: Passage, places: BodyPlaces) -> None:
     """Refuse a flight that takes a magnetometer into a body."""
     center_e = passage.path.motion_e_at(passage.time_s)[0]
     near_s = passage.time_s[source.distance(center_e) <= places.reach_m]

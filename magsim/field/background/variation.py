@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from magsim.earth import rot_ne_at
-from magsim.field.background.path import Places
+from magsim.field.background.path import BodyPlaces
 from magsim.field.kernels import rotated
 from magsim.field.situation import Passage
 from magsim.scenario import Scenario, Variation
@@ -173,7 +173,7 @@ def variation_e(scenario: Scenario, time_s: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ni->nj", rot_ne, variation_n(scenario, time_s))
 
 
-def variation(passage: Passage) -> Callable[[Places], np.ndarray]:
+def variation(passage: Passage) -> Callable[[BodyPlaces], np.ndarray]:
     """Return the variation in body axes, the same vector at every place, (p, n, 3) [nT]."""
     field_b = rotated(passage.rot_be, variation_e(passage.scenario, passage.time_s))
     return lambda places: np.broadcast_to(field_b, (len(places.arms_b), *field_b.shape))

@@ -7,10 +7,10 @@ import numpy as np
 
 from magsim.columns import BACKGROUND
 from magsim.field.background import crust, departure, main_field, swell, targets, variation
-from magsim.field.background.path import Places
+from magsim.field.background.path import BodyPlaces
 from magsim.field.situation import Passage
 
-BACKGROUNDS: Mapping[str, Callable[[Passage], Callable[[Places], np.ndarray]]] = {
+BACKGROUNDS: Mapping[str, Callable[[Passage], Callable[[BodyPlaces], np.ndarray]]] = {
     "earth": main_field.earth,
     "departure": departure.departure,
     "crust": crust.crust,
@@ -39,7 +39,7 @@ class Background:
     def __init__(self, passage: Passage) -> None:
         self.passage = passage
         self.names = tuple(name for name in BACKGROUND if name in BACKGROUNDS and passage.scenario.field.is_on(name))
-        self._parts: dict[str, Callable[[Places], np.ndarray]] = {}
+        self._parts: dict[str, Callable[[BodyPlaces], np.ndarray]] = {}
         self._known: dict[str, dict[tuple[float, bytes], np.ndarray]] = {}
 
     def at(self, arms_b: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -60,13 +60,13 @@ class Background:
         DataError
             If the flight leaves what a part is defined for.
         """
-        places = Places.of(arms_b)
+        places = BodyPlaces.of(arms_b)
         return {name: self._part(name)(places) for name in self.names}
 
     @cached_property
     def center(self) -> np.ndarray:
         """The whole background at the reference point, (n, 3) [nT] body axes."""
-        places = Places.of({CENTER: np.zeros(3)})
+        places = BodyPlaces.of({CENTER: np.zeros(3)})
         out = np.zeros((len(self.passage.time_s), 3))
         for name in self.names:
             out += self._part(name)(places)[0]
@@ -74,17 +74,17 @@ class Background:
 
     def at_mounts(self, arms_b: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the same as ``at``, and keep it: places of the call before are not computed again."""
-        places = Places.of(arms_b)
+        places = BodyPlaces.of(arms_b)
         shape = (len(arms_b), len(self.passage.time_s), 3)
         return {name: np.array(self._kept(name, places)).reshape(shape) for name in self.names}
 
-    def _part(self, name: str) -> Callable[[Places], np.ndarray]:
+    def _part(self, name: str) -> Callable[[BodyPlaces], np.ndarray]:
         """Return the function from places to a part."""
         if name not in self._parts:
             self._parts[name] = BACKGROUNDS[name](self.passage)
         return self._parts[name]
 
-    def _kept(self, name: str, places: Places) -> list[np.ndarray]:
+    def _kept(self, name: str, places: BodyPlaces) -> list[np.ndarray]:
         """Return a part at some places, (n, 3) each: what is known, or computed and kept until places change."""
         known = self._known.get(name, {})
         keys = [(places.reach_m, arm_b.tobytes()) for arm_b in places.arms_b]

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
-from scipy.special import spherical_jn
 
 from magsim.aircraft.magnetics import RotatingDipole, Rotor
 from magsim.field.kernels import summed
 from magsim.field.sources.dipoles import SCALE, dipole_field
+from magsim.field.tones import integrated, mean_tones
 from magsim.streams import stream
 
 RPM = math.pi / 30.0
@@ -24,9 +24,6 @@ RPM = math.pi / 30.0
 
 WANDER_HZ = 10.0
 """Knots a second of the wandering of a governor; a cubic spline joins them, so no step of the simulation counts."""
-
-UPWARD_FROM = 0.5
-"""From here on spherical Bessel functions up to order 4 follow by upward recurrence; they weigh small terms only."""
 
 
 @dataclass(frozen=True)
@@ -82,24 +79,13 @@ def rotation_of(time_s: np.ndarray, speeds: Sequence[CubicSpline], phase: float)
     phase : float [rad]
         Angle at time 0.
     """
-    whole = [spline.antiderivative() for spline in speeds]
-    angle = sum(spline(time_s) - spline(0.0) for spline in whole)
-    speed, rise, jerk = (sum(spline(time_s, order) for spline in speeds) for order in range(3))
+    whole = np.zeros((4, len(time_s)))
+    for spline in speeds:
+        curve = spline.c.reshape(4, -1)
+        whole += integrated(curve, spline.x, time_s)
+        whole[0] -= integrated(curve, spline.x, np.zeros(1))[0]
+    angle, speed, rise, jerk = whole
     return Rotation(phase + angle, speed, rise, jerk)
-
-
-def _bessel(x: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the spherical Bessel functions of the first kind, orders 0 to 4, for x >= 0."""
-    small = x < UPWARD_FROM
-    safe = np.where(small, 1.0, x)
-    sin, cos = np.sin(safe), np.cos(safe)
-    out = [sin / safe, (sin / safe - cos) / safe]
-    for order in range(1, 4):
-        out.append((2 * order + 1) / safe * out[order] - out[order - 1])
-    if small.any():
-        for order in range(5):
-            out[order][small] = spherical_jn(order, x[small])
-    return tuple(out)
 
 
 def mean_tone(motion: Rotation, step_s: float) -> np.ndarray:
@@ -114,17 +100,8 @@ def mean_tone(motion: Rotation, step_s: float) -> np.ndarray:
     motion : Rotation
     step_s : float [s]
     """
-    sign = np.sign(motion.speed) + (motion.speed == 0.0)
-    j0, j1, j2, j3, j4 = _bessel(np.abs(motion.speed) * (0.5 * step_s))
-    bend, twist = motion.rise * (step_s**2 / 8.0), motion.jerk * (step_s**3 / 48.0)
-    square, fourth = (j0 - 2.0 * j2) / 3.0, (7.0 * j0 - 20.0 * j2 + 8.0 * j4) / 35.0
-    cube = sign * (3.0 * j1 - 2.0 * j3) / 5.0  # times i
-    real = j0 - 0.5 * bend**2 * fourth - twist * cube
-    out = np.empty(len(real), dtype=complex)
-    sin, cos = np.sin(motion.phase), np.cos(motion.phase)
-    out.real = cos * real - sin * (bend * square)
-    out.imag = sin * real + cos * (bend * square)
-    return out
+    table = np.stack([motion.phase, motion.speed, motion.rise, motion.jerk])
+    return mean_tones(table, step_s).view(complex)[:, 0]
 
 
 @dataclass(frozen=True)
