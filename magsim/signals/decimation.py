@@ -143,11 +143,12 @@ class Decimator:
         """
         if values.strides[0] == 0:  # a constant, repeated without memory
             return np.repeat(self._column(values[: len(self.taps)].copy(), 0, 1), rows)
-        factor, (blocks, rest) = self.factor, divmod(len(self.taps), self.factor)
+        factor = self.factor
+        blocks = (len(self.taps) - 1) // factor
         samples = np.ascontiguousarray(values[start : start + (rows - 1) * factor + len(self.taps)])
         whole, last = self.taps[: blocks * factor].reshape(blocks, factor), self.taps[blocks * factor :]
         products = whole @ samples[: (rows + blocks - 1) * factor].reshape(-1, factor).T
-        out = np.lib.stride_tricks.sliding_window_view(samples[blocks * factor :], rest)[::factor] @ last
+        out = np.lib.stride_tricks.sliding_window_view(samples[blocks * factor :], len(last))[::factor] @ last
         for j in range(blocks):
             out += products[j, j : j + rows]
         return out
