@@ -9,12 +9,15 @@ logging. ``cpu_over_before``: over the old code's generation of the same flight,
 ``all_new_over_warm``: a generation at a place, a height and a speed that were never flown over the same one again; the
 loops have been calibrated at the nodes around (``magsim.flight.pilot.nodes``), as they are after the first flights of a
 sweep. ``node_over_generation`` is what one more node costs.
+``dressed_over_generated``: one more individual of a flight already flown, drawn, with its response, over a generation;
+``read_again_over_generated``: the same flight in the same field once more, read by instruments with other errors.
 """
 
 import argparse
 import os
 import statistics
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +26,8 @@ from magsim.flight.model.autopilot import AXES
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.pilot.calibration import loop_response
 from magsim.loading import load_scenario
-from magsim.simulation import simulate
+from magsim.recording import Recording
+from magsim.simulation import Simulator, simulate
 from tests.benchmarks.rows import Row, at_most, finish, stated
 from tests.support import before
 from tests.support.bare import bare_run, cpu_s
@@ -106,6 +110,30 @@ def all_new_rows(repeat: int) -> list[Row]:
     ]
 
 
+def dressed_rows(repeat: int) -> list[Row]:
+    """Individuals that were never computed, on the flight of the type, each beside a generation."""
+    loaded, simulator, first = load_scenario(SCENARIO), Simulator(), int(time.time())
+    with tempfile.TemporaryDirectory() as folder:
+
+        def write(recording: Recording) -> None:
+            recording.write(Path(folder) / "flight.h5", force=True)
+
+        def dress(override: str) -> float:
+            return cpu_s(lambda: write(simulator.simulate(loaded.changed([override]))))
+
+        dress(f"individual={first}")
+        ratios = []
+        for k in range(1, repeat + 1):
+            generated = cpu_s(lambda: write(simulate(loaded)))
+            ratios.append((dress(f"individual={first + k}") / generated, generated))
+        dress("sensors.seed=0")
+        again = [dress(f"sensors.seed={k}") / generated for k, (_, generated) in enumerate(ratios, start=1)]
+    return [
+        at_most("dressed_over_generated", statistics.median(ratio for ratio, _ in ratios), "1", 0.2),
+        stated("read_again_over_generated", statistics.median(again), "1"),
+    ]
+
+
 def fly_at(lat_deg: float, lon_deg: float, alt_m: float, speed_mps: float) -> float:
     """CPU time of a generation there [s]."""
     places = (f"start.lat_deg={lat_deg}", f"start.lon_deg={lon_deg}")
@@ -119,7 +147,8 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else")
     parser.add_argument("--repeat", type=int, default=7, help="turns of which the medians are taken")
     arguments = parser.parse_args()
-    rows = [*bare_rows(arguments.repeat), *before_rows(arguments.repeat), *all_new_rows(arguments.repeat)]
+    makers = (bare_rows, before_rows, all_new_rows, dressed_rows)
+    rows = [row for maker in makers for row in maker(arguments.repeat)]
     finish(rows, as_json=arguments.json)
 
 
