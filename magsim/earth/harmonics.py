@@ -16,6 +16,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from magsim.threads import one_blas_thread
+
 REFERENCE_RADIUS_M = 6371.2e3
 """Geomagnetic reference radius ``a`` of IGRF and WMM [m]."""
 
@@ -184,12 +186,11 @@ def evaluate(position_e: np.ndarray, base: np.ndarray, rate: np.ndarray, elapsed
     table = np.concatenate([base, rate])
     degree = degree_of(table.shape[1] // 2)
     out = np.empty((len(position_e), size))
-    for start in range(0, len(out), CHUNK):
-        rows = slice(start, start + CHUNK)
-        terms = harmonics(position_e[rows], degree)
-        # einsum, not a matrix product: the same bits on any number of BLAS threads.
-        sums = np.einsum("rk,kn->rn", table, terms.reshape(table.shape[1], -1))
-        out[rows] = (sums[:size] + elapsed[rows] * sums[size:]).T
+    with one_blas_thread():  # the same bits on any number of threads
+        for start in range(0, len(out), CHUNK):
+            rows = slice(start, start + CHUNK)
+            sums = table @ harmonics(position_e[rows], degree).reshape(table.shape[1], -1)
+            out[rows] = (sums[:size] + elapsed[rows] * sums[size:]).T
     return out
 
 

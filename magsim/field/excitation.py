@@ -149,12 +149,13 @@ class FlightExcitation:
     @cached_property
     def _turns(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         def turned() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-            return {name: (np.cos(angle), np.sin(angle)) for name, angle in self._angles.items()}
+            moved = {name: angle if np.ptp(angle) > 0.0 else angle[:1] for name, angle in self._angles.items()}
+            return {name: (np.cos(angle), np.sin(angle)) for name, angle in moved.items()}
 
         return self.situation.passage.once("turned", turned)
 
     def deflection(self, dipole: HingedDipole) -> tuple[np.ndarray, np.ndarray]:
-        """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it is held at rest.
+        """Return cosine and sine of a dipole's deflection, (n,) each, or (1,) each where it does not move.
 
         Raises
         ------

@@ -116,8 +116,11 @@ class DeflectedDipoles:
         count = max((len(dipole.cos) for dipole in self.dipoles), default=1)
         out = np.zeros((len(points), count, 3))
         for dipole in self.dipoles:
-            cos, sin = (np.ascontiguousarray(np.broadcast_to(value, count)) for value in (dipole.cos, dipole.sin))
-            add_turning_dipole(out, SCALE, dipole.terms(points), cos, sin)
+            moves = len(dipole.cos) == count
+            part = out if moves else np.zeros((len(points), 1, 3))
+            add_turning_dipole(part, SCALE, dipole.terms(points), dipole.cos, dipole.sin)
+            if not moves:
+                out += part
         return np.swapaxes(out, 0, 1)
 
     def along(self, places: np.ndarray) -> np.ndarray:
