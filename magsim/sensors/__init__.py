@@ -9,6 +9,14 @@ order in which they are read.
 
 from magsim.sensors.acquisition import Acquisition, Counter
 from magsim.sensors.instrument import Instrument, MeasuredFlight
-from magsim.sensors.table import INSTRUMENTS, read_instruments
+from magsim.sensors.table import INSTRUMENTS, read_instruments, read_of_the_flight
 
-__all__ = ["INSTRUMENTS", "Acquisition", "Counter", "Instrument", "MeasuredFlight", "read_instruments"]
+__all__ = [
+    "INSTRUMENTS",
+    "Acquisition",
+    "Counter",
+    "Instrument",
+    "MeasuredFlight",
+    "read_instruments",
+    "read_of_the_flight",
+]

@@ -1,13 +1,13 @@
 """The interface of all instruments: a function of one finished flight that returns columns."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
 
-from magsim.scenario import InstrumentClock, Sensors
+from magsim.scenario import Electrical, InstrumentClock, Sensors
 from magsim.sensors.acquisition import Acquisition
 from magsim.sensors.cabin import temperature_c
 from magsim.sensors.clocks import instants
@@ -47,6 +47,13 @@ class MeasuredFlight:
     acquisition: Acquisition
     ground: Ground | None = None
     station_n: np.ndarray | None = None
+
+    def without_field(self) -> "MeasuredFlight":
+        """Return the flight as an instrument sees it that looks at neither field, currents nor cabin."""
+        others = {"scalar": (), "fluxgate": (), "base": None, "cabin": None, "electrical": Electrical()}
+        sensors = self.sensors.model_copy(update=others)
+        truths = {"carrier": FieldTruth(self.samples_s, (), {})}
+        return replace(self, sensors=sensors, truths=truths, station_n=None)
 
     @property
     def samples_s(self) -> np.ndarray:

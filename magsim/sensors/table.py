@@ -1,4 +1,6 @@
-"""The table of instruments, in the order in which they are read."""
+"""The table of instruments."""
+
+from collections.abc import Callable
 
 from magsim import columns
 from magsim.sensors import (
@@ -22,11 +24,16 @@ def read_cabin(flight: MeasuredFlight) -> Columns:
     return {} if temperature is None else {columns.TRUE_TEMPERATURE.name(): flight.acquisition(temperature)}
 
 
-INSTRUMENTS: tuple[Instrument, ...] = (
+OF_THE_FIELD: tuple[Instrument, ...] = (
     scalar.read,
     read_cabin,
     fluxgate.read,
     base_station.read,
+    electrical.read,
+)
+"""Instruments that look at the field, the currents or the cabin."""
+
+OF_THE_FLIGHT: tuple[Instrument, ...] = (
     navigation.read_ins,
     inertial.read,
     true_motion.read_motion,
@@ -37,20 +44,45 @@ INSTRUMENTS: tuple[Instrument, ...] = (
     radar_altimeter.read,
     true_motion.read_wind,
     surfaces.read,
-    electrical.read,
 )
+"""Instruments that look at the flight and the ground alone."""
+
+INSTRUMENTS = (*OF_THE_FIELD, *OF_THE_FLIGHT)
 """Every instrument of a recording, and every column of truth that none of them measures."""
 
 
-def read_instruments(flight: MeasuredFlight) -> Columns:
-    """Return the columns of all instruments.
+def read_of_the_flight(flight: MeasuredFlight) -> Columns:
+    """Return the columns of ``OF_THE_FLIGHT``.
 
     Raises
     ------
     DataError
         If a clock leads out of the flight's record, or the flight leaves a terrain grid.
     """
+    return _read(OF_THE_FLIGHT, flight)
+
+
+def read_instruments(
+    flight: MeasuredFlight, of_the_flight: Callable[[MeasuredFlight], Columns] = read_of_the_flight
+) -> Columns:
+    """Return the columns of all instruments.
+
+    Parameters
+    ----------
+    flight : MeasuredFlight
+    of_the_flight : callable
+        Returns what ``read_of_the_flight`` does, of the flight without its field.
+
+    Raises
+    ------
+    DataError
+        If a clock leads out of the flight's record, or the flight leaves a terrain grid.
+    """
+    return _read(OF_THE_FIELD, flight) | of_the_flight(flight.without_field())
+
+
+def _read(instruments: tuple[Instrument, ...], flight: MeasuredFlight) -> Columns:
     out: Columns = {}
-    for instrument in INSTRUMENTS:
+    for instrument in instruments:
         out |= instrument(flight)
     return out

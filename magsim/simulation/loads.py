@@ -31,6 +31,8 @@ def times_on(loaded: LoadedScenario, flight: Flight, truths: Mapping[str, FieldT
     """
     out: dict[str, int] = {}
     for body, truth in truths.items():
+        if not truth.currents_a:
+            continue
         recorded = (truth.time_s >= 0.0) & (truth.time_s <= flight.duration_s)
         labels = flight.segment_columns(truth.time_s[recorded])
         train = loaded.scenario.recording.is_for_training(labels["circuit"], labels["leg"])

@@ -1,6 +1,6 @@
 """The recording of a finished flight: columns of all instruments, segments, splits and provenance."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 
 import numpy as np
@@ -12,7 +12,8 @@ from magsim.field.background import station_field
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
 from magsim.scenario import RecordingSettings, ScalarSensor
-from magsim.sensors import Acquisition, Counter, MeasuredFlight, read_instruments
+from magsim.sensors import Acquisition, Counter, MeasuredFlight, read_instruments, read_of_the_flight
+from magsim.sensors.instrument import Columns
 from magsim.simulation.loads import times_on
 from magsim.trajectory import Flight, ManeuverFlown
 from magsim.truth import FieldTruth
@@ -27,6 +28,7 @@ def record(
     truths: Mapping[str, FieldTruth],
     *,
     station_n: np.ndarray | None = None,
+    of_the_flight: Callable[[MeasuredFlight], Columns] = read_of_the_flight,
 ) -> Recording:
     """Record a finished flight in its true field.
 
@@ -38,6 +40,8 @@ def record(
         From ``compute_fields``.
     station_n : (n, 3) [nT], optional
         The field at the base station, north, east, down, where it is known already.
+    of_the_flight : callable
+        See ``read_instruments``.
 
     Returns
     -------
@@ -59,7 +63,7 @@ def record(
         scenario.sensors, seed, flight, truths, acquisition, ground=loaded.ground, station_n=station_n
     )
     time_s, segments = measured.time_s, flight.segment_columns(measured.time_s)
-    data = read_instruments(measured) | segments
+    data = read_instruments(measured, of_the_flight) | segments
     data[columns.SPLIT.name()] = split_of(segments["circuit"], segments["leg"], settings)
     _check_finite(loaded.name, time_s, data)
     names = sorted(data, key=_place_in_table)

@@ -13,6 +13,8 @@ from magsim.field.situation import Passage
 from magsim.flight import check_over_sea, fly
 from magsim.loading import LoadedScenario
 from magsim.recording import Recording
+from magsim.sensors import MeasuredFlight, read_of_the_flight
+from magsim.sensors.instrument import Columns
 from magsim.simulation.dependence import BackgroundInputs, FieldInputs, FlightInputs
 from magsim.simulation.recording import record
 from magsim.threads import one_blas_thread
@@ -48,7 +50,8 @@ class Simulator:
 
     Each recording is to the last bit the one that ``magsim.simulate`` returns. The last flight, its background and its
     field are kept under digests of all that they depend on (``magsim.simulation.dependence``): scenarios that differ
-    in the magnetic aircraft share flight and background, those that differ in errors of instruments the field, too.
+    in the magnetic aircraft share flight, background and what INS, barometer and the like read of a flight, those
+    that differ in errors of instruments the field.
 
     Examples
     --------
@@ -61,6 +64,7 @@ class Simulator:
         self._flight: Last[Flight] = Last()
         self._backgrounds: Last[dict[str, Background]] = Last()
         self._truths: Last[dict[str, FieldTruth]] = Last()
+        self._columns: Last[Columns] = Last()
 
     def simulate(self, loaded: LoadedScenario, *, progress: Progress | None = None) -> Recording:
         """Fly a scenario, compute the field at each sensor, and record the readings of the instruments.
@@ -86,16 +90,22 @@ class Simulator:
         with one_blas_thread():
             try:
                 check_over_sea(loaded.scenario, loaded.aircraft, loaded.ground)
-                flight, key = self._flown(loaded, _step(progress, "flight"))
+                flight, flown = self._flown(loaded, _step(progress, "flight"))
                 around = BackgroundInputs.of(loaded)
-                key = f"{key} {around.key}"
+                key = f"{flown} {around.key}"
                 known = self._backgrounds.get(key, lambda: backgrounds_of(around.scenario, flight, around.ground))
                 truths = self._field(loaded, flight, known, key, _step(progress, "field"))
             except RequestError as error:
                 raise RequestError(loaded.placed(str(error))) from None
             report = _step(progress, "sensors")
             report(0.0)
-            recording = record(loaded, flight, truths, station_n=_station(loaded, known["carrier"].passage))
+            station_n = _station(loaded, known["carrier"].passage)
+
+            def of_the_flight(measured: MeasuredFlight) -> Columns:
+                settings = f"{measured.seed} {measured.rate_hz} {measured.sensors.model_dump_json()}"
+                return self._columns.get(f"{flown} {settings}", lambda: read_of_the_flight(measured))
+
+            recording = record(loaded, flight, truths, station_n=station_n, of_the_flight=of_the_flight)
             report(1.0)
         return recording
 

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from magsim import columns
 from magsim.arrays import readonly
-from magsim.earth.wgs84 import rot_ne_at
+from magsim.earth.wgs84 import geodetic_from_ecef, rot_ne_at
 from magsim.frames import rotate, rotate_back
 from magsim.trajectory.motion import Trajectory
 
@@ -243,11 +243,11 @@ class Flight:
         """
         if self.wind_n is None:
             return None
-        time_s = self.carrier.inside(time_s)
-        rows, at = self.carrier, self.carrier.at(time_s)
+        time_s, rows = self.carrier.inside(time_s), self.carrier
+        lat, lon, _ = geodetic_from_ecef(rows.motion_e_at(time_s)[0])
         wind_e = rotate_back(rot_ne_at(rows.lat_rad, rows.lon_rad), self.wind_n)
         columns_e = [np.interp(time_s, rows.time_s, wind_e[:, k]) for k in range(3)]
-        return readonly(rotate(rot_ne_at(at.lat_rad, at.lon_rad), np.column_stack(columns_e)))
+        return readonly(rotate(rot_ne_at(lat, lon), np.column_stack(columns_e)))
 
     def segment_columns(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
         """Return segment labels at given times, (m,) each, under the names of ``magsim.columns``.

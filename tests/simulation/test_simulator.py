@@ -264,3 +264,16 @@ def test_days_share_a_flight_where_load_and_air_are_stated():
         kept = [setting for setting in settings if setting != left_out]
         keys = {FlightInputs.of(load_scenario("calibration_c208b", [*kept, f"day={day}"])).key for day in (1, 2)}
         assert len(keys) == 2
+
+
+def test_instruments_of_the_flight_are_read_once(base, primed, monkeypatch):
+    shared = copy.deepcopy(primed)
+    read = Counter()
+    work = simulator.read_of_the_flight
+    monkeypatch.setattr(simulator, "read_of_the_flight", lambda flight: (read.update(["flight"]), work(flight))[1])
+    for change in ("individual=6", "field.eddy.enabled=false", "sensors.scalar[0].noise_nt_rthz=0.3"):
+        shared.simulate(base.changed([change]))
+    assert not read
+    for change in ("sensors.ins.attitude_noise_deg=0.1", "sensors.seed=9", "sensors.radar={}"):
+        assert_same(shared.simulate(base.changed([change])), simulate(base.changed([change])))
+    assert read == {"flight": 6}
