@@ -20,7 +20,7 @@ from magsim.flight.path.elements import PathLabel, PathPoint, Straight
 from magsim.flight.path.plane import LocalPlane
 from magsim.flight.pilot.combined import calibrate_maneuver, drives_from_arrays, drives_to_arrays
 from magsim.flight.pilot.log import Log
-from magsim.flight.pilot.measure import measure, middle_of
+from magsim.flight.pilot.measure import measure, middle_of, rows_between
 from magsim.flight.pilot.nodes import HEIGHTS_M, Arrays, Parts, between_nodes, mean
 from magsim.flight.pilot.pilot import Pilot
 from magsim.flight.pilot.response import BOUNDS, UNITY, LoopResponse, mixed_responses
@@ -249,8 +249,7 @@ def _flown_over_asked(
 
 def _reach(facts: Facts, log: Log, train: SineTrain, flown_deg: float) -> tuple[float, int]:
     """Return the amplitude [deg] at which, in proportion, a control or the air reaches its limit, and which one."""
-    low, high = middle_of(train)
-    rows = (log.time_s >= low - 1e-9) & (log.time_s <= high + 1e-9)
+    rows = rows_between(log.time_s, *middle_of(train))
     controls, limits = facts.controls, facts.limits
     ranges = {
         "elevator": controls.elevator.travel.value,

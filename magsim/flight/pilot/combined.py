@@ -19,7 +19,7 @@ from collections.abc import Callable
 import numpy as np
 
 from magsim.errors import DataError, RequestError
-from magsim.flight.pilot.measure import ANGLES, measure, middle_of
+from magsim.flight.pilot.measure import ANGLES, measure, middle_of, rows_between
 from magsim.flight.pilot.response import FED, UNITY, Drive, LoopResponse
 from magsim.flight.pilot.trains import ManeuverKey, SineTrain, trains_of_maneuver
 from magsim.trajectory import ManeuverFlown, Trajectory
@@ -169,7 +169,7 @@ def _error_deg(flown: ManeuverFlown) -> float:
 def _components(own: SineTrain, parts: list[SineTrain], carrier: Trajectory) -> dict[str, complex]:
     """Fit sines of several frequencies to an angle over the middle cycles, each on the clock of its train [rad]."""
     low, high = middle_of(own)
-    rows = (carrier.time_s >= low - 1e-9) & (carrier.time_s <= high + 1e-9)
+    rows = rows_between(carrier.time_s, low, high)
     time, values = carrier.time_s[rows], carrier.attitude[rows, ANGLES[own.axis]]
     columns = [np.ones_like(time), (time - 0.5 * (low + high)) / (0.5 * (high - low))]
     for part in parts:

@@ -11,6 +11,7 @@ from magsim.earth.wgs84 import transport_rate
 from magsim.flight.model.channels import COLUMN
 from magsim.flight.model.engines import turning_speed
 from magsim.flight.pilot.flaps import moving
+from magsim.flight.pilot.measure import rows_between
 from magsim.frames import rot_nb_from_attitude, rotate_back
 from magsim.trajectory import Trajectory
 
@@ -27,8 +28,8 @@ class Log:
 
     def cut(self, start_s: float, stop_s: float, zero_s: float) -> "Log":
         """Return the rows from start to stop, with the time counted from ``zero_s``."""
-        first, last = np.searchsorted(self.time_s, (start_s - 1e-9, stop_s + 1e-9))
-        return Log(self.time_s[first:last] - zero_s, self.table[first:last])
+        rows = rows_between(self.time_s, start_s, stop_s)
+        return Log(self.time_s[rows] - zero_s, self.table[rows])
 
     def trajectory(self, cg_b: Sequence[float]) -> Trajectory:
         """Return the motion of the center of gravity."""

@@ -69,15 +69,19 @@ def middle_of(train: SineTrain) -> tuple[float, float]:
     return train.start_s + first, train.start_s + last
 
 
+def rows_between(time_s: np.ndarray, first_s: float, last_s: float) -> slice:
+    """Return the rows of a log, (n,) times in order, from one time to another, both included."""
+    return slice(*np.searchsorted(time_s, (first_s - 1e-9, last_s + 1e-9)).tolist())
+
+
 def measure(train: SineTrain, carrier: Trajectory) -> tuple[ManeuverFlown, float]:
     """Measure a flown train, and the phase [rad] by which it leads the command; 0 where its cycles scatter.
 
     The sine is fitted over the middle cycles: in the first one the loops still follow the growing oscillation.
     """
     time, attitude = carrier.time_s, carrier.steady_attitude
-    rows = (time >= train.start_s - 1e-9) & (time <= train.stop_s + 1e-9)
-    low, high = middle_of(train)
-    middle = (time >= low - 1e-9) & (time <= high + 1e-9)
+    rows = rows_between(time, train.start_s, train.stop_s)
+    middle = rows_between(time, *middle_of(train))
     axis = ANGLES[train.axis]
     others = [_departure(time[rows], attitude[rows, i]) for i in range(3) if i != axis]
     asked, phase = train.amplitude_deg, 0.0
@@ -120,7 +124,7 @@ def _cycles(train: SineTrain, time_s: np.ndarray, angle: np.ndarray) -> tuple[Cy
     """Measure each cycle of a train: both peaks lie inside of it."""
     out = []
     for cycle, (start, stop) in zip(train.drawn, pairwise(train.curve.starts_s), strict=True):
-        rows = (time_s >= train.start_s + start - 1e-9) & (time_s <= train.start_s + stop + 1e-9)
+        rows = rows_between(time_s, train.start_s + start, train.start_s + stop)
         half = 0.5 * math.degrees(float(np.ptp(angle[rows])))
         out.append(CycleFlown(train.start_s + start, stop - start, cycle.amplitude_deg, half))
     return tuple(out)
