@@ -22,8 +22,8 @@ from magsim.storage.sources import source_digest
 FORMAT = 1
 """Version of the entries; an entry of another version is never found."""
 
-KEEP, KEEP_BYTES = 1000, 512 * 2**20
-"""Most entries of one kind, and most bytes of all of them; the oldest go first."""
+KEEP, KEEP_BYTES = 10_000, 512 * 2**20
+"""Most entries of one kind, and most bytes of all of them; what has not been used for longest goes first."""
 
 Report = Callable[[str, float], None]
 """Called with the kind of a result and its share done, 0 or 1."""
@@ -71,6 +71,8 @@ def cached(
     if path is not None:
         stored = _read(path)
         if stored is not None:
+            with contextlib.suppress(OSError):
+                os.utime(path)
             return stored
     report = _REPORT.get() or (lambda _kind, _share: None)
     report(kind, 0.0)

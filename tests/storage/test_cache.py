@@ -166,6 +166,15 @@ def test_the_cache_does_not_grow_without_end(cache, monkeypatch):
     assert make.calls == 1
 
 
+def test_what_is_used_again_and_again_stays(cache, monkeypatch):
+    monkeypatch.setattr("magsim.storage.cache.KEEP", 5)
+    make = Maker(x=np.ones(1))
+    for i in range(20):
+        cached("part", "often", make)
+        cached("part", f"once{i}", Maker(x=np.ones(1)))
+    assert make.calls == 1
+
+
 @pytest.mark.parametrize("arrays", [{"x": np.array([object()])}, {"checksum": np.ones(1)}])
 def test_a_result_that_cannot_be_stored_raises(cache, arrays):
     with pytest.raises(TypeError, match="cannot hold"):
