@@ -6,7 +6,6 @@ interpreter lock while it steps, so threads gain nothing; processes do.
 
 import math
 import struct
-from collections.abc import Callable
 from typing import Protocol
 
 import jsbsim
@@ -26,6 +25,9 @@ from magsim.units import FT, LB, LBF
 
 ROWS_AT_ONCE = 60_000
 """The log begins with room for so many rows, and gets as many more when it is full."""
+
+READ = jsbsim.FGPropertyNode.get_double_value
+"""Reads a property; over nodes by ``map`` it takes two thirds of the time of their bound methods in a list."""
 
 ROW = struct.Struct(f"{len(CHANNELS)}d")
 """A row in memory."""
@@ -67,7 +69,7 @@ class Plant:
         self._step_s = 1.0 / setup.step_hz
         self._steps = 0
         manager = self._fdm.get_property_manager()
-        self._readers = [_reader(manager, name) for _, name, _ in CHANNELS]
+        self._nodes = [_logged(manager, name) for _, name, _ in CHANNELS]
         self._writers = {name: node_of(manager, name).set_double_value for name in (*INPUTS, *setup.weather.inputs)}
         self._limits = limits_of(facts)
         self._set_ground = node_of(manager, "position/terrain-elevation-asl-ft").set_double_value
@@ -75,7 +77,7 @@ class Plant:
         self._ground_m = setup.ground_m
         self._clock_s = self._fdm["simulation/sim-time-sec"]
         self.rows = np.zeros((ROWS_AT_ONCE, len(CHANNELS)))
-        self.rows[0] = [read() for read in self._readers]
+        self.rows[0] = [*map(READ, self._nodes)]
         self.last = 0
         strength = setup.weather.turbulence
         self._turbulence = None if strength is None else TurbulenceFeed(self._fdm, facts, setup, strength)
@@ -101,8 +103,8 @@ class Plant:
         """The last logged row."""
         return self.rows[self.last].tolist()
 
-    def run(self, steps: int, rows: int = 1) -> list[float]:
-        """Fly some times a number of steps, and log a row after each time; return the last one.
+    def run(self, steps: int, rows: int = 1) -> np.ndarray:
+        """Fly some times a number of steps, and log a row after each time; return the last one, (c,).
 
         Raises
         ------
@@ -111,7 +113,7 @@ class Plant:
         """
         if self.last + rows >= len(self.rows):
             self.rows = np.concatenate([self.rows, np.zeros_like(self.rows)])
-        run, readers, pack = self._run, self._readers, ROW.pack_into
+        run, nodes, pack = self._run, self._nodes, ROW.pack_into
         alone = self._coupled is None and self._turbulence is None
         table, first = self.rows.data.cast("B"), self.last + 1
         for number in range(first, first + rows):
@@ -121,15 +123,14 @@ class Plant:
             else:
                 for _ in range(steps):
                     self._step()
-            row = [read() for read in readers]
-            pack(table, number * ROW.size, *row)
+            pack(table, number * ROW.size, *map(READ, nodes))
         self.last += rows
         bad, trouble = first_outside(self.rows, first, self.last, *self._limits, self._ground_m)
         self._steps += steps * (bad - first + 1)
         if trouble:
             self.last = bad
             raise FlightTroubleError(TROUBLES[trouble], self.row, self.time_s)
-        return row
+        return self.rows[bad]
 
     def _step(self) -> None:
         """Fly a step through turbulence, or with a load on the hook."""
@@ -146,12 +147,12 @@ class Plant:
 
     def _state(self) -> CarrierState:
         """Return the state that a towed body needs."""
-        return CarrierState(*[self._readers[index]() * factor for index, factor in STATE_COLUMNS])
+        return CarrierState(*[READ(self._nodes[index]) * factor for index, factor in STATE_COLUMNS])
 
     def _pull(self, force_n: tuple[float, float, float]) -> None:
         """Set the pull on the hook in the next step."""
         if not math.isfinite(sum(force_n)):
-            row = [read() for read in self._readers]
+            row = [*map(READ, self._nodes)]
             trouble = "lost the motion of its bird (allowed: a larger flight.step_hz, fewer links, a heavier rope)"
             raise FlightTroubleError(trouble, row, self.time_s)
         for write, force in zip(self._pulls, force_n, strict=True):
@@ -194,7 +195,8 @@ class FlightTroubleError(DataError):
         )
 
 
-def _reader(manager: jsbsim.FGPropertyManager, name: str) -> Callable[[], float]:
-    if name in WITHOUT and manager.get_node(name) is None:
-        return float
-    return node_of(manager, name).get_double_value
+def _logged(manager: jsbsim.FGPropertyManager, name: str) -> jsbsim.FGPropertyNode:
+    """Return the property of a channel; one that a model need not have is made, and reads 0."""
+    if name in WITHOUT:
+        manager.get_node(name, True)
+    return node_of(manager, name)

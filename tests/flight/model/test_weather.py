@@ -121,7 +121,7 @@ def flown(aircraft: Aircraft, setup: PlantSetup, seconds: float, every: int = 12
     """Wind at every few steps, (n, 3)."""
     flying = Plant(aircraft.facts, setup)
     rows = round(seconds * setup.step_hz / every)
-    return np.array([wind(flying) for _ in range(rows) if flying.run(every)])
+    return np.array([wind(flying) for _ in range(rows) if len(flying.run(every))])
 
 
 def turbulent(strength: Strength, alt_m: float = 3000.0, **more: object) -> PlantSetup:
