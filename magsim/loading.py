@@ -192,14 +192,16 @@ def load_document(
         document.table["aircraft"] = aircraft.name  # its files count in the digest, not their place
     bird, problems = _bird_of(document, folder, within)
     also += [("tow.bird", problem) for problem in problems]
-    track, problems = _track_of(document.table, folder, aircraft)
+    beside = _base(document, ("pattern", "file"), folder, within) or folder
+    track, problems = _track_of(document.table, beside, aircraft)
     also += [("pattern.file", problem) for problem in problems]
     context = {"aircraft": aircraft, "bird": bird}
     scenario = document.validate(FlyableScenario, context=context, also=also)
     assert aircraft is not None  # else validate had raised
     ground = None
     try:
-        ground = ground_of(scenario.terrain, scenario.start, scenario.seed, folder)
+        beside = _base(document, ("terrain", "file"), folder, within) or folder
+        ground = ground_of(scenario.terrain, scenario.start, scenario.seed, beside)
     except RequestError as error:
         document.validate(FlyableScenario, context=context, also=[("terrain.file", str(error))])
     if found := [*check_swell(scenario, ground, track, bird)]:
@@ -252,7 +254,8 @@ def _aircraft_of(document: Document, folder: Path, within: Path | None) -> tuple
 
 def _base(document: Document, key: tuple[str, ...], folder: Path, within: Path | None) -> Path | None:
     """Return where a path under a key begins: the file's folder; for an override ``within``, or the working folder."""
-    return within if any(override.path == key for override in document.overrides) else folder
+    set_here = any(key[: len(override.path)] == override.path for override in document.overrides)
+    return within if set_here else folder
 
 
 def _bird_of(document: Document, folder: Path, within: Path | None) -> tuple[Bird | None, Sequence[str]]:

@@ -132,7 +132,10 @@ def _rehearse(plan: "SweepPlan", target: Path, workers: int, *, quiet: bool) -> 
     from magsim import sweep as room
 
     found, count = room.ranges(plan)
-    click.echo(f"flights     {count} of {plan.space.count} that the grid and the draws make, in {plan.shards} files")
+    about = "about " if plan.settings.require and plan.space.count > room.MOST_EXPANDED else ""
+    click.echo(
+        f"flights     {about}{count} of {plan.space.count} that the grid and the draws make, in {plan.shards} files"
+    )
     width = max((len(name) for name in found), default=0)
     for name, values in found.items():
         click.echo(f"{name:<{width}}  {values.text}")

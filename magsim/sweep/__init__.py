@@ -4,12 +4,13 @@ from magsim.sweep.finish import SweepOutcome, check_ready, finish, write_failure
 from magsim.sweep.flying import fly
 from magsim.sweep.folder import SweepFolder, open_folder
 from magsim.sweep.plan import SweepFile, SweepPlan, plan_of, read_sweep
-from magsim.sweep.rehearsal import check, measure, ranges
+from magsim.sweep.rehearsal import MOST_EXPANDED, check, measure, ranges
 from magsim.sweep.run import SweepProgress, run
 from magsim.sweep.words import duration
 from magsim.sweep.workers import ClusterWorkers, LocalWorkers, Workers, cluster_workers
 
 __all__ = [
+    "MOST_EXPANDED",
     "ClusterWorkers",
     "LocalWorkers",
     "SweepFile",

@@ -70,7 +70,7 @@ def finish(plan: SweepPlan, folder: SweepFolder) -> SweepOutcome | None:
         tally.add(record)
         digest.update(f"{record.shard} {record.sha256}\n".encode())
         for failed in record.failed:
-            digest.update(f"{failed.number} {failed.kind} {failed.reason}\n".encode())
+            digest.update(f"{failed.number} {failed.kind}\n".encode())  # a reason may name a path of this machine
         if record.sha256 is not None and tally.flown <= MOST_LISTED:
             entries = tuple(flown.entry for flown in record.flown)
             name = file_name(record.shard)
@@ -83,7 +83,7 @@ def finish(plan: SweepPlan, folder: SweepFolder) -> SweepOutcome | None:
         text = manifest.to_json()
         path = folder.path / MANIFEST
         atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)
-    write_index(plan, journal, folder.path / parquet.INDEX)
+    write_index(plan, journal, folder.path / parquet.INDEX, tally.sensors)
     write_report(tally, folder.path / REPORT)
     return SweepOutcome(tally, digest.hexdigest())
 

@@ -30,7 +30,8 @@ def fly(
         A sweep file, the name of a shipped one, or what ``read_sweep`` returns.
     folder : str or Path
     workers : int or Workers, optional
-        Processes of this machine, one a core by default; or ``cluster_workers(...)``, which are dismissed at the end.
+        Processes of this machine, one a core by default, no more than there are files; or ``cluster_workers(...)``,
+        which are dismissed at the end.
     part : (int, int)
         ``(i, n)``: every n-th file alone, from the i-th, 1 to n. Other parts may be flown into the same folder.
     resume : bool
@@ -62,7 +63,7 @@ def fly(
         plan = sweep if isinstance(sweep, SweepPlan) else read_sweep(sweep)
         check(plan)
         opened = open_folder(plan, Path(folder), resume=resume, shared=part != (1, 1))
-        team = given or LocalWorkers(workers if isinstance(workers, int) else os.cpu_count() or 1)
+        team = given or LocalWorkers(min(workers if isinstance(workers, int) else os.cpu_count() or 1, plan.shards))
     except BaseException:
         if given is not None:
             given.close(at_once=True)

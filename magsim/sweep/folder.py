@@ -70,6 +70,9 @@ def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bo
     path = Path(path).absolute()
     state = _read_state(path)
     if state is None:
+        if path.is_dir() and any(path.iterdir()) and not _is_begun(path):
+            msg = f"{path} holds something else than a sweep; allowed: a new or empty folder"
+            raise RequestError(msg)
         if not _is_begun(path):
             check_folder_target(path)
         path.mkdir(parents=True, exist_ok=True)
@@ -118,7 +121,8 @@ def _read_state(path: Path) -> SweepState | None:
         return SweepState.model_validate_json(first_bytes(path / STATE, MAX_BYTES, kind="the state of a sweep"))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        msg = f"{path / STATE}: is no state of a sweep: {'.'.join(map(str, first['loc']))}: {first['msg']}"
+        where = "".join(f"{part}: " for part in first["loc"])
+        msg = f"{path / STATE}: is no state of a sweep: {where}{first['msg']}; allowed: as magsim sweep writes it"
         raise DataError(msg) from None
 
 

@@ -17,6 +17,7 @@ from pydantic import Field, ValidationError
 
 from magsim.config import Strict
 from magsim.dataset.manifest import Count, FlightEntry, Sha256
+from magsim.errors import RequestError
 from magsim.storage import atomic_write
 
 try:
@@ -82,8 +83,18 @@ class Journal:
     folder: Path
 
     def make(self) -> None:
-        """Make the folder of the records."""
-        (self.folder / JOURNAL).mkdir(exist_ok=True)
+        """Make the folder of the records.
+
+        Raises
+        ------
+        RequestError
+            If it cannot be made.
+        """
+        try:
+            (self.folder / JOURNAL).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            msg = f"cannot write {self.folder / JOURNAL}: {error.strerror}"
+            raise RequestError(msg) from None
 
     def shards(self) -> list[int]:
         """Return the shards that have a record, in order."""
@@ -95,7 +106,7 @@ class Journal:
     def read(self, shard: int) -> ShardRecord | None:
         """Return the record of a shard whose file is there in its size, or None."""
         try:
-            record = ShardRecord.model_validate_json(self._path(shard, "json").read_bytes())
+            record = ShardRecord.model_validate_json(self.path(shard).read_bytes())
             whole = record.sha256 is None or (self.folder / file_name(shard)).stat().st_size == record.size
         except (OSError, ValidationError):
             return None
@@ -110,13 +121,13 @@ class Journal:
             If it cannot be written.
         """
         text = record.model_dump_json(indent=None) + "\n"
-        path = self._path(record.shard, "json")
+        path = self.path(record.shard)
         atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8"), force=True)
 
     def begun(self, shard: int) -> list[int]:
         """Return the flights of a shard that processes have begun, in order; a process that starts on it notes -1."""
         try:
-            words = self._path(shard, "log").read_text(encoding="ascii").split()
+            words = self._log(shard).read_text(encoding="ascii").split()
         except (OSError, ValueError):
             return []
         return [int(word) for word in words if re.fullmatch(r"-1|\d{1,12}", word)]
@@ -127,7 +138,7 @@ class Journal:
 
         Where a file system has no locks, two processes may fly the same shard: both write the same bytes.
         """
-        with self._path(shard, "log").open("a", encoding="ascii") as log:
+        with self._log(shard).open("a", encoding="ascii") as log:
             if fcntl is not None:
                 try:
                     fcntl.flock(log, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -142,10 +153,14 @@ class Journal:
 
     def forget(self, shard: int) -> None:
         """Remove the log of a finished shard."""
-        self._path(shard, "log").unlink(missing_ok=True)
+        self._log(shard).unlink(missing_ok=True)
 
-    def _path(self, shard: int, ending: str) -> Path:
-        return self.folder / JOURNAL / f"{shard:08d}.{ending}"
+    def path(self, shard: int) -> Path:
+        """Return where the record of a shard lies."""
+        return self.folder / JOURNAL / f"{shard:08d}.json"
+
+    def _log(self, shard: int) -> Path:
+        return self.folder / JOURNAL / f"{shard:08d}.log"
 
 
 @dataclass(frozen=True)

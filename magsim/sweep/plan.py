@@ -17,6 +17,7 @@ from magsim.config import Document, keys, toml
 from magsim.errors import RequestError
 from magsim.loading import LoadedScenario, load_document
 from magsim.storage.sources import source_digest
+from magsim.sweep.files import digests
 from magsim.sweep.settings import SweepSettings
 from magsim.sweep.space import Constraint, Space, SweptFlight, read_constraint
 from magsim.sweep.space.sampling import numbers
@@ -123,6 +124,12 @@ class SweepPlan:
         """
         return self.base.changed(self.overrides(flight), within=Path(self.file.folder))
 
+    def told(self, reason: str) -> str:
+        """Return why a flight was refused, with the axis and its line in place of the override that it made."""
+        document = config.parse(self.file.text, overrides=self.file.overrides, source=self.file.source)
+        places = {name: f"sweep.axes[{i}]" for i, names in enumerate(self.space.names_by_axis) for name in names}
+        return _told(document, places, reason)
+
     def split(self, flown: int) -> str:
         """Return the split of what is flown under a number: the same for all its dressings."""
         shares = self.settings.split
@@ -142,6 +149,7 @@ class SweepPlan:
             "version": magsim.__version__,
             "code": source_digest("magsim.simulation"),
             "flown": source_digest("magsim.sweep.shard"),
+            "files": digests(self.space.examples(), Path(self.file.folder)),
         }
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
@@ -184,7 +192,15 @@ def plan_of(file: SweepFile) -> SweepPlan:
         msg = f"{file.source}: has no [sweep]; magsim generate flies a scenario of one flight"
         raise RequestError(msg)
     settings = document.validate(_File).sweep
-    base = _base(file, document, settings)
+    for i, text in enumerate(settings.set_):
+        if _is_of_sweep(text):
+            why = f"{text!r:.60} is of the sweep itself; allowed: settings of the scenario"
+            document.validate(_File, also=[(f"sweep.set[{i}]", why)])
+    try:
+        base = _base(file, document, settings)
+    except RequestError as error:
+        places = {_key_of(text): f"sweep.set[{i}]" for i, text in enumerate(settings.set_)}
+        raise RequestError(_told(document, places, str(error))) from None
     assert base.document is not None
     table = base.document.table
     paths, problems = _paths(settings, table)
@@ -212,6 +228,20 @@ def _base(file: SweepFile, document: Document, settings: SweepSettings) -> Loade
     overrides = (*settings.set_, *own)
     parsed = config.read(path, overrides=overrides)
     return load_document(parsed, path.stem, path.parent, overrides=overrides, within=Path(file.folder))
+
+
+def _key_of(override: str) -> str:
+    return keys.show(keys.split(override.partition("=")[0]) or ())
+
+
+def _told(document: Document, places: Mapping[str, str], reason: str) -> str:
+    """Return a reason in which overrides that nobody wrote as such are named by their places in the sweep's file."""
+    lines = []
+    for line in reason.splitlines():
+        name, _, rest = line.removeprefix("--set ").partition(": ")
+        placed = line.startswith("--set ") and name in places
+        lines.append(document.placed(f"{places[name]}: {name}: {rest}") if placed else line)
+    return "\n".join(lines)
 
 
 def _is_of_sweep(override: str) -> bool:
@@ -259,7 +289,10 @@ def _paths(settings: SweepSettings, table: Mapping[str, object]) -> tuple[list[l
             if any("[*]" in str(text) for text in given):
                 problems.append((f"sweep.axes[{i}].list", "has [*]; allowed: with key"))
         if not paths:
-            problems.append((f"sweep.axes[{i}].key", f"{given[0]!r:.60} fits no list of the scenario"))
+            why = (
+                f"{given[0]!r:.60} fits no list of the scenario; allowed: [*] after the key of one that is in its file"
+            )
+            problems.append((f"sweep.axes[{i}].key", why))
         for text in paths:
             parts = keys.split(text)
             assert parts is not None  # SweepSettings has checked it

@@ -25,6 +25,12 @@ LOOKED_AT = 50
 TIMED = 3
 """Places of the sweep at which flights are timed."""
 
+TRIED = 16
+"""Places that are tried where none of those can be flown."""
+
+MOST_EXPANDED = 2**18
+"""Flights of which every value is looked at; of a larger sweep as many, spread over it."""
+
 
 @dataclass
 class Range:
@@ -32,27 +38,31 @@ class Range:
 
     least: object = None
     most: object = None
-    different: set[object] = field(default_factory=set)
+    different: dict[object, None] = field(default_factory=dict)
     many: bool = False
+    ordered: bool = True
 
     def add(self, column: Sequence[object]) -> None:
         """Add the values of some flights."""
-        ordered = not any(isinstance(value, list | Mapping | bool | str) for value in column)
-        if ordered:
-            low, high = min(column), max(column)  # type: ignore[type-var]
-            self.least = low if self.least is None else min(self.least, low)  # type: ignore[call-overload]
-            self.most = high if self.most is None else max(self.most, high)  # type: ignore[call-overload]
+        self.ordered = self.ordered and not any(isinstance(value, list | Mapping | bool | str) for value in column)
+        if self.ordered:
+            ends = column if self.least is None else [self.least, *column, self.most]
+            try:
+                self.least, self.most = min(ends), max(ends)  # type: ignore[type-var]
+            except TypeError:  # numbers and dates, or dates with and without time zone
+                self.ordered = False
         if not self.many:
-            self.different.update(value if isinstance(value, int | float | str) else str(value) for value in column)
+            shown = (value if isinstance(value, int | float | str) else str(value) for value in column)
+            self.different.update(dict.fromkeys(shown))
             self.many = len(self.different) > 12
 
     @property
     def text(self) -> str:
         """The range in words."""
         if not self.many:
-            shown = self.different if self.least is None else sorted(self.different, key=_order)
+            shown = sorted(self.different, key=_order) if self.ordered else [*self.different]
             return f"{len(self.different)} values: " + ", ".join(_short(value) for value in shown)
-        if self.least is None:
+        if not self.ordered:
             return "many values"
         return f"{_short(self.least)} to {_short(self.most)}"
 
@@ -67,17 +77,28 @@ def _short(value: object) -> str:
 
 
 def ranges(plan: SweepPlan) -> tuple[dict[str, Range], int]:
-    """Return the range of each key that varies, and the number of flights that constraints leave."""
+    """Return the range of each key that varies, and the number of flights that constraints leave.
+
+    Of more than ``MOST_EXPANDED`` flights, both are those of a sample, and of all values of grids and lists.
+    """
     out: dict[str, Range] = {name: Range() for name in plan.space.names}
-    count = 0
-    for first in range(0, plan.space.count, CHUNK):
+    total, kept, looked = plan.space.count, 0, 0
+    firsts: Sequence[int] = range(0, total, CHUNK)
+    if total > MOST_EXPANDED:
+        firsts = np.linspace(0, total - CHUNK, MOST_EXPANDED // CHUNK).astype(np.int64).tolist()
+        examples = plan.space.examples()
+        for axis, names in zip(plan.settings.axes, plan.space.names_by_axis, strict=True):
+            for name in () if axis.is_drawn else names:
+                out[name].add(examples[name])
+    for first in firsts:
         flights = [*plan.space.flights(first, first + CHUNK)]
-        count += len(flights)
+        kept += len(flights)
+        looked += min(CHUNK, total - first)
         for name, found in out.items():
             column = [flight.values[name] for flight in flights]
             if column:
                 found.add(column)
-    return out, count
+    return out, round(total * kept / looked)
 
 
 @dataclass(frozen=True)
@@ -102,7 +123,7 @@ def check(plan: SweepPlan, most: int = LOOKED_AT) -> list[Refused]:
         try:
             plan.load(flight)
         except RequestError as error:
-            refused.append(Refused(flight, str(error)))
+            refused.append(Refused(flight, plan.told(str(error))))
     if not looked:
         msg = f"{plan.file.source}: sweep.require leaves none of {plan.space.count} flights"
         raise RequestError(msg)
@@ -155,7 +176,9 @@ class Cost:
 
 
 def measure(plan: SweepPlan, report: Callable[[str], None] = lambda _line: None) -> Cost:
-    """Fly and time a few flights: at some places of the sweep one, and the next one if it shares the flight.
+    """Fly and time a few flights: at some places of the sweep one, and the next one if it may share the flight.
+
+    Where none of them can be flown, further places are tried until one can.
 
     Raises
     ------
@@ -165,14 +188,17 @@ def measure(plan: SweepPlan, report: Callable[[str], None] = lambda _line: None)
     timed: list[_Timed] = []
     last: MagsimError | None = None
     places = np.unique(np.linspace(0, max(plan.space.count - 2, 0), TIMED).astype(np.int64))
+    others = np.setdiff1d(np.linspace(0, plan.space.count - 1, TRIED).astype(np.int64), places)
     with tempfile.TemporaryDirectory() as folder:
-        for place in places:
+        for number, place in enumerate([*places, *others]):
+            if timed and number >= len(places):
+                break
             try:
                 for one in _timed(plan, int(place), Path(folder) / "timed.h5"):
                     timed.append(one)
                     report(f"flight {one.number}: {one.spent_s:.2f} s{' (dressed)' if one.dressed else ''}")
             except MagsimError as error:
-                report(f"a flight cannot be flown: {error}")
+                report(f"a flight cannot be flown: {plan.told(str(error))}")
                 last = error
     if not timed:
         raise last or RequestError(f"{plan.file.source}: sweep.require leaves no flight")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from magsim.dataset.parquet import FIGURE
 from magsim.storage import atomic_write
 from magsim.sweep.journal import Journal, ShardRecord
 from magsim.sweep.plan import SweepPlan
@@ -22,6 +23,10 @@ REPORT = "report.json"
 """Figures of the whole sweep."""
 
 SHOWN_REASONS = 5
+
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d.e+-]*(?!\w)")
+
+_FIGURE = FIGURE.format(sensor="")
 
 
 def records(plan: SweepPlan, journal: Journal) -> Iterator[ShardRecord]:
@@ -65,10 +70,15 @@ class Tally:
             self.flown_s += flight.duration_s
             self.spreads.setdefault("duration_s", array("d")).append(flight.duration_s)
             for sensor, std_nt in flight.interference_std_nt.items():
-                self.spreads.setdefault(f"interference_std_nt.{sensor}", array("d")).append(std_nt)
+                self.spreads.setdefault(f"{_FIGURE}{sensor}", array("d")).append(std_nt)
         for failed in record.failed:
             self.kinds[failed.kind] += 1
-            self.reasons[failed.kind, re.sub(r"[-+]?\d[\d.e+-]*", "#", failed.reason)] += 1
+            self.reasons[failed.kind, _NUMBER.sub("#", failed.reason)] += 1
+
+    @property
+    def sensors(self) -> list[str]:
+        """Scalar magnetometers of all flights."""
+        return [name.removeprefix(_FIGURE) for name in self.spreads if name.startswith(_FIGURE)]
 
     @property
     def failed(self) -> int:

@@ -1,15 +1,25 @@
 """The ``[sweep]`` part of a scenario: which keys vary, how, and how many flights they make."""
 
+import math
 from collections.abc import Iterator, Mapping
 from datetime import datetime
+from functools import cached_property
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
+from scipy.special import ndtr
 
 from magsim.config import Problems, Strict, keys
 
 MOST_FLIGHTS = 100_000_000
 """Most flights of a sweep: names and files are numbered with as many digits."""
+
+LEAST_SHARE = 1e-6
+"""Of a normal distribution, between its limits."""
+
+LARGEST_WHOLE = 2**53
+"""Up to which every whole number is a float."""
 
 
 def _as_tuple(value: object) -> object:
@@ -40,13 +50,15 @@ class EvenSteps(Strict):
     def _fits(self) -> "EvenSteps":
         if self.to < self.from_:
             raise Problems(("to", f"{self.to:g} is below from = {self.from_:g}; allowed: {self.from_:g} or more"))
+        if not math.isfinite(self.to - self.from_):
+            raise Problems(("to", f"{self.to:g} is too far from {self.from_:g}; allowed: numbers of ordinary size"))
         if self.step is not None and self.count is not None:
             raise Problems(("count", "step is given too; allowed: one of them"))
         if self.count is None and (self.to - self.from_) / (self.step or 1) > 1_000_000:
             raise Problems(("step", "makes more than a million values; allowed: at most 1000000"))
         return self
 
-    @property
+    @cached_property
     def values(self) -> tuple[object, ...]:
         """The numbers, both ends included where the step meets them."""
         if self.count is not None:
@@ -150,6 +162,26 @@ class Axis(Strict):
             if self.normal[1] <= 0:
                 yield "normal[1]", f"{self.normal[1]:g} is no standard deviation; allowed: above 0"
             yield from _check_bounds("limits", self.limits)
+            yield from self._check_limits()
+        if self.whole:
+            yield from self._check_whole()
+
+    def _check_limits(self) -> Iterator[tuple[str, str]]:
+        """Yield the problem of limits that hardly any value keeps: their draws would be no normal ones."""
+        assert self.normal is not None
+        if self.limits is not None and self.limits[0] < self.limits[1] and self.normal[1] > 0:
+            below, above = ndtr((np.array(self.limits) - self.normal[0]) / self.normal[1])
+            if above - below < LEAST_SHARE:
+                text = f"leave less than {LEAST_SHARE:g} of the distribution; allowed: limits nearer to its mean"
+                yield "limits", text
+
+    def _check_whole(self) -> Iterator[tuple[str, str]]:
+        """Yield the problems of bounds between which no whole numbers can be drawn."""
+        for name in ("uniform", "log_uniform", "limits"):
+            for i, bound in enumerate(getattr(self, name) or ()):
+                if isinstance(bound, float) and not (bound.is_integer() and abs(bound) <= LARGEST_WHOLE):
+                    text = f"{bound:.16g} is no bound of whole numbers; allowed: a whole number, 2**53 at most"
+                    yield f"{name}[{i}]", text
 
     def _misnamed(self) -> Iterator[tuple[str, str]]:
         """Yield the problems of the keys that it sets."""

@@ -154,7 +154,9 @@ def _one(plan: SweepPlan, flight: SweptFlight, simulator: Simulator, condemned: 
 
 
 def _failed(flight: SweptFlight, kind: Kind, reason: str) -> Failed:
-    plain = "".join(c if c.isprintable() else " " for c in " | ".join(reason.splitlines()))
+    # the settings of a flight are overrides, but nobody has written --set
+    told = " | ".join(line.removeprefix("--set ") for line in reason.splitlines())
+    plain = "".join(c if c.isprintable() else " " for c in told)
     return Failed(number=flight.number, kind=kind, reason=plain[:LONGEST_REASON])
 
 

@@ -5,6 +5,8 @@ from pathlib import Path
 
 from magsim import sweep as room
 from magsim.sweep import SweepOutcome, SweepPlan
+from magsim.sweep.shard import ShardTask, fly_shard
+from magsim.sweep.workers import Died, Finished
 
 LINE = """\
 schema = 1
@@ -65,3 +67,24 @@ def bytes_of(folder: Path) -> dict[str, str]:
     names = ("*.h5", "*.parquet", "*.csv", "report.json", "manifest.json")
     files = sorted(path for pattern in names for path in folder.glob(pattern))
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+class InThisProcess:
+    """Workers of a sweep without processes of their own."""
+
+    wanted = 1
+
+    def __init__(self) -> None:
+        self._ended: list[Finished | Died] = []
+
+    def submit(self, task: ShardTask) -> None:
+        """Fly a file at once."""
+        self._ended.append(Finished(task, fly_shard(task)))
+
+    def wait(self, _timeout_s: float) -> list[Finished | Died]:
+        """Return what was flown."""
+        ended, self._ended = self._ended, []
+        return ended
+
+    def close(self, *, at_once: bool) -> None:
+        """Do nothing."""

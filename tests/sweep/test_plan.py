@@ -1,5 +1,6 @@
 """Sweep files: what is read, and what is refused with file, line and key."""
 
+import re
 import tracemalloc
 from pathlib import Path
 
@@ -50,7 +51,27 @@ def read(tmp_path: Path, sweep: str, scenario: str = LINE) -> room.SweepPlan:
         ),
         (
             "[sweep]\n[[sweep.axes]]\nkey = 'sensors.fluxgate[*].mount'\ngrid = ['x']",
-            r"sweep.axes\[0\].key: 'sensors.fluxgate\[\*\].mount' fits no list of the scenario",
+            r"sweep.axes\[0\].key: 'sensors.fluxgate\[\*\].mount' fits no list of the scenario; allowed: \[\*\] after",
+        ),
+        (
+            "[sweep]\nset = ['sweep.seed=3']\n[[sweep.axes]]\nkey = 'day'\ngrid = [1]",
+            r"line.toml:\d+: sweep.set\[0\]: 'sweep.seed=3' is of the sweep itself; allowed: settings of the scenario",
+        ),
+        (
+            "[sweep]\nset = ['start.alt=3']\n[[sweep.axes]]\nkey = 'day'\ngrid = [1]",
+            r"line.toml:\d+: sweep.set\[0\]: start.alt: unknown key \(did you mean 'alt_m'\?\)",
+        ),
+        (
+            "[sweep]\n[[sweep.axes]]\nkey = 'day'\ngrid = { from = -1e308, to = 1e308, count = 3 }",
+            r"sweep.axes\[0\].grid.to: 1e\+308 is too far from -1e\+308; allowed: numbers of ordinary size",
+        ),
+        (
+            "[sweep]\nflights = 2\n[[sweep.axes]]\nkey = 'day'\nnormal = [1000.0, 1.0]\nlimits = [1040.0, 1060.0]",
+            r"sweep.axes\[0\].limits: leave less than 1e-06 of the distribution; allowed: limits nearer to its mean",
+        ),
+        (
+            "[sweep]\nflights = 2\n[[sweep.axes]]\nkey = 'day'\nuniform = [0.5, 1e300]\nwhole = true",
+            r"sweep.axes\[0\].uniform\[0\]: 0.5 is no bound of whole numbers; allowed: .*\n.*\[1\]: 1e\+300 is no",
         ),
         (
             "[sweep]\nrequire = 'start.alt_m ** 2 > 1'\n[[sweep.axes]]\nkey = 'day'\ngrid = [1]",
@@ -141,7 +162,9 @@ def test_all_flights_refused_ends_before_the_first(tmp_path: Path, capsys: pytes
     path = sweep_file(tmp_path, '\n[[sweep.axes]]\nkey = "start.altitude_m"\ngrid = [1000.0]\n')
     assert main(["sweep", str(path), "-o", str(tmp_path / "out")]) == 2
     errors = capsys.readouterr().err
-    assert "--set start.altitude_m: unknown key (did you mean 'alt_m'?)" in errors
+    assert re.search(
+        r"line.toml:\d+: sweep.axes\[2\]: start.altitude_m: unknown key \(did you mean 'alt_m'\?\)", errors
+    )
     assert "none of 8 flights of the sweep that were looked at can be flown" in errors
     assert not (tmp_path / "out").exists()
 

@@ -177,7 +177,7 @@ def test_another_sweep_does_not_go_on_in_the_folder(flown: tuple, tmp_path: Path
         room.open_folder(fewer, folder, resume=True)
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "mine.txt").write_text("text", encoding="utf-8")
-    with pytest.raises(RequestError, match="notes exists already"):
+    with pytest.raises(RequestError, match="notes holds something else than a sweep"):
         room.open_folder(plan, tmp_path / "notes", resume=True)
 
 

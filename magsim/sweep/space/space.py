@@ -99,7 +99,12 @@ class Space:
     @property
     def names(self) -> tuple[str, ...]:
         """Key paths that vary, in the order of the file."""
-        return tuple(name for i in range(len(self._settings.axes)) for name in self._keys(i))
+        return tuple(name for names in self.names_by_axis for name in names)
+
+    @property
+    def names_by_axis(self) -> tuple[tuple[str, ...], ...]:
+        """Key paths of each axis."""
+        return tuple(tuple(self._keys(i)) for i in range(len(self._settings.axes)))
 
     def flights(self, first: int, last: int) -> Iterator[SweptFlight]:
         """Yield the flights at places first to last - 1 of the order in which files are filled.
