@@ -27,13 +27,3 @@ def grid_turn(lat_rad: float) -> float:
 def grid_turn_of(lat_rad: np.ndarray) -> float:
     """Return ``grid_turn`` for a whole path, (n,) [rad]: that of its latitude nearest to a pole."""
     return grid_turn(float(lat_rad[int(np.argmax(np.abs(lat_rad)))]))
-
-
-def rot_level(angle_rad: np.ndarray) -> np.ndarray:
-    """Return rotations (n, 3, 3) of north, east, down that turn horizontally, clockwise, by angles [rad], (n,)."""
-    rot = np.zeros((len(angle_rad), 3, 3))
-    rot[:, 0, 0] = rot[:, 1, 1] = np.cos(angle_rad)
-    rot[:, 1, 0] = np.sin(angle_rad)
-    rot[:, 0, 1] = -rot[:, 1, 0]
-    rot[:, 2, 2] = 1.0
-    return rot

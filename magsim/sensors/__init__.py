@@ -3,8 +3,7 @@
 Every magnetometer measures at the simulation rate; one anti-alias filter and decimation (``Acquisition``) then makes
 rows of readings, labels and truth alike, so that all of them have the same response and add up.
 
-An instrument is a function of one ``MeasuredFlight`` that returns its columns; ``INSTRUMENTS`` lists all of them in the
-order in which they are read.
+An instrument is a function of one ``MeasuredFlight`` that returns its columns; ``INSTRUMENTS`` lists all of them.
 """
 
 from magsim.sensors.acquisition import Acquisition, Counter
