@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magsim.storage.compiled import compiled
 from magsim.units import FT
 
 KNOT = 1852.0 / 3600.0
@@ -138,14 +139,13 @@ class DrydenFilters:
     def __init__(self, span_m: float, start: np.ndarray) -> None:
         self._pitch_m, self._yaw_m = 4.0 * span_m / math.pi, 3.0 * span_m / math.pi
         half = math.sqrt(0.5)
-        self._along = float(start[0])
         # In the steady state the two poles have variances 1/2 and 1/4 and a covariance of 1/4.
-        self._across = half * float(start[1]), 0.5 * half * float(start[1] + start[2])
-        self._down = half * float(start[3]), 0.5 * half * float(start[3] + start[4])
-        self._roll = float(start[5])
-        self._smooth_across = self._smooth_down = 0.0, 0.0
+        across = half * float(start[1]), 0.5 * half * float(start[1] + start[2])
+        down = half * float(start[3]), 0.5 * half * float(start[3] + start[4])
+        # along; both poles across and down; roll; the last value and its low-pass across and down
+        self._state = np.array([float(start[0]), *across, *down, float(start[5]), 0.0, 0.0, 0.0, 0.0])
 
-    def advance(self, gustiness: Gustiness, path_m: float, noise: list[float]) -> AirMotion:
+    def advance(self, gustiness: Gustiness, path_m: float, noise: np.ndarray) -> AirMotion:
         """Return the gusts a way through the air further on.
 
         Parameters
@@ -153,32 +153,48 @@ class DrydenFilters:
         gustiness : Gustiness
             On the way.
         path_m : float
-        noise : list of 6 float
+        noise : (6,)
             Standard normal numbers.
         """
-        level, vertical, level_m, vertical_m = gustiness
-        on_level = _step(path_m / level_m)
-        on_vertical = on_level if vertical_m == level_m else _step(path_m / vertical_m)
-        on_pitch, on_yaw = _smoothing(path_m / self._pitch_m), _smoothing(path_m / self._yaw_m)
-        self._along = on_level[0] * self._along + SQRT2 * on_level[2] * noise[0]
-        self._across = _two_poles(self._across, on_level, noise[1], noise[2])
-        self._down = _two_poles(self._down, on_vertical, noise[3], noise[4])
-        self._roll = on_pitch[0] * self._roll + math.sqrt(1.0 - on_pitch[0] ** 2) * noise[5]
-        across, down = level * _transverse(self._across), vertical * _transverse(self._down)
-        self._smooth_across = _follow(self._smooth_across, across, on_yaw)
-        self._smooth_down = _follow(self._smooth_down, down, on_pitch)
-        # The integral of 0.8 (pi L / 4b)^(1/3) / (L (1 + (4b Omega / pi)^2)) from 0 on.
-        variance = 0.4 * math.pi / self._pitch_m * (vertical_m / self._pitch_m) ** (1.0 / 3.0) / vertical_m
-        return AirMotion(
-            level * self._along,
-            across,
-            down,
-            vertical * math.sqrt(variance) * self._roll,
-            (self._smooth_down[1] - down) / self._pitch_m,
-            (across - self._smooth_across[1]) / self._yaw_m,
-        )
+        return AirMotion(*_advance(self._state, *gustiness, path_m, self._pitch_m, self._yaw_m, noise))
 
 
+@compiled
+def _advance(
+    state: np.ndarray,
+    level: float,
+    vertical: float,
+    level_m: float,
+    vertical_m: float,
+    path_m: float,
+    pitch_m: float,
+    yaw_m: float,
+    noise: np.ndarray,
+) -> tuple[float, float, float, float, float, float]:
+    """Step the states (10,) of a ``DrydenFilters`` by a way; return the fields of an ``AirMotion``."""
+    on_level = _step(path_m / level_m)
+    on_vertical = on_level if vertical_m == level_m else _step(path_m / vertical_m)
+    on_pitch, on_yaw = _smoothing(path_m / pitch_m), _smoothing(path_m / yaw_m)
+    state[0] = on_level[0] * state[0] + SQRT2 * on_level[2] * noise[0]
+    state[1], state[2] = _two_poles((state[1], state[2]), on_level, noise[1], noise[2])
+    state[3], state[4] = _two_poles((state[3], state[4]), on_vertical, noise[3], noise[4])
+    state[5] = on_pitch[0] * state[5] + math.sqrt(1.0 - on_pitch[0] ** 2) * noise[5]
+    across, down = level * _transverse(state[1], state[2]), vertical * _transverse(state[3], state[4])
+    state[6], state[7] = _follow((state[6], state[7]), across, on_yaw)
+    state[8], state[9] = _follow((state[8], state[9]), down, on_pitch)
+    # The integral of 0.8 (pi L / 4b)^(1/3) / (L (1 + (4b Omega / pi)^2)) from 0 on.
+    variance = 0.4 * math.pi / pitch_m * (vertical_m / pitch_m) ** (1.0 / 3.0) / vertical_m
+    return (
+        level * state[0],
+        across,
+        down,
+        vertical * math.sqrt(variance) * state[5],
+        (state[9] - down) / pitch_m,
+        (across - state[7]) / yaw_m,
+    )
+
+
+@compiled
 def _step(way: float) -> tuple[float, float, float, float, float]:
     """Return what the poles ``1 / (1 + s)`` and ``1 / (1 + s)^2`` of one white noise do over a way in lengths.
 
@@ -193,6 +209,7 @@ def _step(way: float) -> tuple[float, float, float, float, float]:
     return decay, decay * way, spread, shared, math.sqrt(max(0.0, own))
 
 
+@compiled
 def _two_poles(
     state: tuple[float, float], step: tuple[float, float, float, float, float], first: float, second: float
 ) -> tuple[float, float]:
@@ -202,16 +219,19 @@ def _two_poles(
     return decay * one + spread * first, decay * two + given * one + shared * first + own * second
 
 
-def _transverse(state: tuple[float, float]) -> float:
-    """Return the output of ``(1 + sqrt(3) s) / (1 + s)^2``; its variance is 1."""
-    return SQRT3 * state[0] + (1.0 - SQRT3) * state[1]
+@compiled
+def _transverse(one: float, two: float) -> float:
+    """Return the output of ``(1 + sqrt(3) s) / (1 + s)^2`` by its poles; its variance is 1."""
+    return SQRT3 * one + (1.0 - SQRT3) * two
 
 
+@compiled
 def _smoothing(way: float) -> tuple[float, float]:
     """Return the decay of ``1 / (1 + s)`` over a way, and its mean."""
     return math.exp(-way), -math.expm1(-way) / way
 
 
+@compiled
 def _follow(state: tuple[float, float], value: float, smoothing: tuple[float, float]) -> tuple[float, float]:
     """Return the value and its low-pass after a way, exact where the value is straight over it."""
     (last, smooth), (decay, mean) = state, smoothing

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from itertools import count
 
 import jsbsim
+import numpy as np
 
 from magsim.aircraft.facts import Facts
 from magsim.flight.model.dryden import DrydenFilters, Strength
@@ -65,7 +66,7 @@ class TurbulenceFeed:
         self._writers = [node_of(manager, name).set_double_value for name in TURBULENCE_INPUTS]
         self._rng = stream(setup.weather.seed, "turbulence")
         self._filters = DrydenFilters(facts.geometry.span.value, self._rng.standard_normal(6))
-        self._noise: list[list[float]] = []
+        self._noise: list[np.ndarray] = []
         self._step_s = 1.0 / setup.step_hz
         self._steps = STEPS_AHEAD
         self._late_s = self._target_s = 0.0
@@ -101,7 +102,7 @@ class TurbulenceFeed:
         """Return the values of ``TURBULENCE_INPUTS`` at the next node."""
         height, speed, north, east, lon = [read() for read in self._readers]
         if not self._noise:
-            self._noise = self._rng.standard_normal((BLOCK, 6))[::-1].tolist()
+            self._noise = [*self._rng.standard_normal((BLOCK, 6))[::-1]]
         way = max(speed * FT, SLOWEST_MPS) / NODE_HZ
         gusts = self._filters.advance(self._strength.at(height * FT), way, self._noise.pop())
         sin, cos = self._course(north, east, lon)

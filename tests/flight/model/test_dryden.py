@@ -21,7 +21,7 @@ def gusts() -> np.ndarray:
     """Nodes of a long way, (n, 6); the first lengths, in which the smoothing settles, are left out."""
     rng = np.random.default_rng(4)
     filters = DrydenFilters(SPAN, rng.standard_normal(6))
-    noise = rng.standard_normal((NODES, 6)).tolist()
+    noise = rng.standard_normal((NODES, 6))
     return np.array([filters.advance(GUSTINESS, WAY, row) for row in noise])[1000:]
 
 
@@ -97,7 +97,7 @@ def test_nodes_may_be_close_or_far() -> None:
         runs = []
         for _ in range(3000):
             filters = DrydenFilters(SPAN, rng.standard_normal(6))
-            rows = [filters.advance(GUSTINESS, way, row) for row in rng.standard_normal((3, 6)).tolist()]
+            rows = [filters.advance(GUSTINESS, way, row) for row in rng.standard_normal((3, 6))]
             runs.append([*rows[0][:3], *rows[2][:3]])
         found = np.array(runs)
         np.testing.assert_allclose(found.std(axis=0), [1.5, 1.5, 0.8] * 2, rtol=0.05)
