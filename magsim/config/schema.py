@@ -129,7 +129,9 @@ class Guide:
         if high is not None and low != high:
             count = f"{low} to {high} "
         if self.members(item) or "discriminator" in item:
-            return f"a list of {count}tables" if "discriminator" in item else f"a list, each {self.allowed(item)}"
+            if "discriminator" in item:
+                return f"a list of {count}tables"
+            return f"a list{f' of {count}values' if count else ''}, each {self.allowed(item)}"
         limits = _range(item)
         each = f", each{limits}" if limits else ""
         if "enum" in item:

@@ -54,6 +54,10 @@ def read(tmp_path: Path, sweep: str, scenario: str = LINE) -> room.SweepPlan:
             r"sweep.axes\[0\].key: 'sensors.fluxgate\[\*\].mount' fits no list of the scenario; allowed: \[\*\] after",
         ),
         (
+            "[sweep]\nflights = 2\n[[sweep.axes]]\nkey = 'day'\nuniform = [1, 2, 3]",
+            r"sweep.axes\[0\].uniform: has 3 entries; allowed: a list of 2 values, each a number or a date",
+        ),
+        (
             "[sweep]\nset = ['sweep.seed=3']\n[[sweep.axes]]\nkey = 'day'\ngrid = [1]",
             r"line.toml:\d+: sweep.set\[0\]: 'sweep.seed=3' is of the sweep itself; allowed: settings of the scenario",
         ),
