@@ -2,6 +2,7 @@
 
 import io
 import pickle
+import re
 import time
 from itertools import islice
 from pathlib import Path
@@ -20,6 +21,7 @@ from magsim.recording.windows import Windows
 from magsim.storage import hdf5
 from magsim.training import Position, WindowDataset, WindowLoader
 from tests.support.folders import write_index_of
+from tests.support.paths import ROOT
 
 INPUTS = ("mag_a_nt", "mag_b_nt")
 
@@ -296,3 +298,29 @@ def test_a_file_that_changed_since_it_was_opened_is_refused(tmp_path):
         list(data)
     with pytest.raises(DataError, match=r"a\.h5: has changed since it was checked"):
         windows.take([0])
+
+
+def test_the_example_of_the_page_runs_and_its_state_resumes(tmp_path, monkeypatch):
+    (tmp_path / "data" / "banks").mkdir(parents=True)
+    rng = np.random.default_rng(0)
+    names = ("mag_cabin_nt", "ins_roll_deg", "ins_pitch_deg", "interference_cabin_nt")
+    flights = [
+        Recording(
+            f"f{number}", np.arange(700) * 0.1, {**{n: rng.normal(size=700) for n in names}, "split": np.zeros(700)}
+        )
+        for number in range(2)
+    ]
+    write_recordings(tmp_path / "data" / "banks" / "a.h5", flights)
+    text = (ROOT / "docs" / "streaming.md").read_text(encoding="utf-8")
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL) if "WindowLoader" in block)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(code, names)
+    assert (names["inputs"].shape, names["targets"].shape) == ((24, 3, 320), (24, 1, 320))
+    # standardized as the page says: a mean of 45 000 and a scale of 300
+    assert names["inputs"][:, 0].mean() == pytest.approx(-150.0, abs=0.01)
+    state = torch.load("last.pt", weights_only=True)["loader"]
+    again = WindowLoader(names["windows"])
+    again.load_state_dict(state)
+    assert state["epoch"] == 10
+    assert firsts(again) == firsts(names["loader"])
