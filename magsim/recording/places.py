@@ -16,7 +16,7 @@ from magsim.storage import hdf5
 MOST_MAPPED = 200
 """Most files that are mapped at a time: each holds one of the files that the system lets a process have open."""
 
-RELEASE_BYTES = 32 * 2**20
+RELEASE_BYTES = 16 * 2**20
 """Bytes that are copied before the mapped memory is given back: the system keeps it as its cache of files."""
 
 

@@ -196,8 +196,10 @@ class WindowDataset(IterableDataset[Batch]):
         roles = tuple(dict.fromkeys(role for role, _ in self.columns))
         for number in new:
             found = find_places(self.files[number], roles, self._codes)
-            # names would be most of what is kept of each flight
-            self._places[number] = replace(found, flights=())
+            # names of flights and columns would be most of what is kept of each file
+            first = next(iter(self._places.values()), found).channels
+            channels = first if first == found.channels else found.channels
+            self._places[number] = replace(found, flights=(), channels=channels)
         places = [self._places[number] for number in files]
         inputs, targets = (
             Windows.at(places, rows=self.rows, role=role, names=names, stride=self.stride)

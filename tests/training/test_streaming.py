@@ -248,6 +248,7 @@ def test_nothing_is_opened_before_the_first_batch_and_copies_are_small(folder, m
     data.count()
     opened = pickle.dumps(data)
     assert len(opened) < 20_000
+    assert len({id(places.channels) for places in data._places.values()}) == 1
     monkeypatch.setattr(hdf5, "open_untrusted", refuse)
     assert firsts(pickle.loads(opened)) == firsts(data)
 
