@@ -134,7 +134,7 @@ class Dataset:
         names: Sequence[str] | None = None,
         splits: Sequence[str] | None = None,
     ) -> Windows:
-        """Return memory-mapped windows of every flight, or of those in some files: see ``magsim.recording.windows``.
+        """Return windows of every flight, or of those in some files: see ``magsim.recording.windows``.
 
         They feed ``magsim.training.RandomBatches`` as windows in memory do. All flights must have the same columns.
 

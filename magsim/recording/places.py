@@ -1,7 +1,7 @@
 """Where the values of flights lie in a file: found once, with all checks, and copied from there without HDF5."""
 
-import mmap
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,11 +13,8 @@ from magsim.recording import file
 from magsim.signals import spans
 from magsim.storage import hdf5
 
-MOST_MAPPED = 200
-"""Most files that are mapped at a time: each holds one of the files that the system lets a process have open."""
-
-RELEASE_BYTES = 16 * 2**20
-"""Bytes that are copied before the mapped memory is given back: the system keeps it as its cache of files."""
+MOST_OPEN = 200
+"""Most files that are kept open at a time: the system bounds those of a process."""
 
 
 @dataclass(frozen=True)
@@ -132,42 +129,66 @@ def _split(group: hdf5.Reader, rows: int) -> np.ndarray:
     return np.full(rows, np.nan)
 
 
-class _Mapped:
-    """Files that are mapped at the moment, in this process; all windows of a process share them."""
+class OpenFile:
+    """A file that is open for reading at any place, until nobody holds it any more."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._number = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+
+    def __del__(self, close: Callable[[int], None] = os.close) -> None:
+        # at the end of the process, the module os may be gone before
+        if hasattr(self, "_number"):
+            close(self._number)
+
+    def state(self) -> os.stat_result:
+        """Return what the system says of the file that is open."""
+        return os.fstat(self._number)
+
+    def read(self, offset: int, out: np.ndarray) -> None:
+        """Fill a contiguous array with the bytes from an offset on.
+
+        Raises
+        ------
+        DataError
+            If the file ends before.
+        """
+        count = os.preadv(self._number, [out.data], offset)
+        if count != out.nbytes:
+            msg = f"{self.path}: ends before its values do"
+            raise DataError(msg)
+
+
+class _OpenFiles:
+    """Files that this process has open at the moment; all windows share them.
+
+    Values are read, not mapped: mapped pages add up to whole files, and to give them back now and then costs more than
+    the copy that they save.
+    """
 
     def __init__(self) -> None:
-        self._maps: dict[tuple[Path, int, int], mmap.mmap] = {}
-        self._copied = 0
+        self._files: dict[tuple[Path, int, int], OpenFile] = {}
 
-    def of(self, path: Path, size: int, changed_ns: int) -> mmap.mmap:
-        """Return a mapped file, refusing one that has changed since it was checked."""
+    def of(self, path: Path, size: int, changed_ns: int) -> OpenFile:
+        """Return an open file, refusing one that has changed since it was checked."""
         key = path, size, changed_ns
-        found = self._maps.get(key)
+        found = self._files.get(key)
         if found is None:
             try:
-                with path.open("rb") as opened:
-                    found = mmap.mmap(opened.fileno(), 0, access=mmap.ACCESS_READ)
-                    state = path.stat()
-            except (OSError, ValueError) as error:
-                msg = f"{path}: cannot be mapped: {getattr(error, 'strerror', None) or error}"
+                found = OpenFile(path)
+                state = found.state()
+            except OSError as error:
+                msg = f"{path}: cannot be opened: {error.strerror or error}"
                 raise DataError(msg) from None
             if (state.st_size, state.st_mtime_ns) != (size, changed_ns):
                 msg = f"{path}: has changed since it was checked"
                 raise DataError(msg)
-            self._maps[key] = found
-            if len(self._maps) > MOST_MAPPED:
-                self._maps.pop(next(iter(self._maps)), None)
+            self._files[key] = found
+            if len(self._files) > MOST_OPEN:
+                # closed when the last who reads from it is done
+                self._files.pop(next(iter(self._files)), None)
         return found
 
-    def note(self, count: int) -> None:
-        """Count copied bytes, and give mapped memory back now and then, so that it does not add up to whole files."""
-        self._copied += count
-        if self._copied > RELEASE_BYTES:
-            self._copied = 0
-            if hasattr(mmap, "MADV_DONTNEED"):
-                for found in list(self._maps.values()):
-                    found.madvise(mmap.MADV_DONTNEED)
 
-
-MAPPED = _Mapped()
-"""Files that this process has mapped."""
+OPEN_FILES = _OpenFiles()
+"""Files that this process has open."""

@@ -1,4 +1,4 @@
-"""Windows of rows from many flights, memory-mapped: for training on more than fits into memory."""
+"""Windows of rows from many flights, read from their files: for training on more than fits into memory."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -7,18 +7,18 @@ import numpy as np
 
 from magsim import columns
 from magsim.errors import DataError, RequestError
-from magsim.recording.places import MAPPED, Places, find_places
+from magsim.recording.places import OPEN_FILES, Places, find_places
 from magsim.storage import inspection
 
 
 class Windows:
     """Windows of a fixed number of rows of one block from every flight of some files.
 
-    The files are opened with care once, to check them and to find where the blocks lie; from then on windows are copied
-    out of mapped memory without HDF5. No window spans a jump in time. A file that has changed meanwhile is refused when
-    it is mapped, and must not change later.
+    The files are opened with care once, to check them and to find where the blocks lie; from then on windows are read
+    without HDF5. No window spans a jump in time. A file that has changed meanwhile is refused when it is opened again,
+    and must not change later.
 
-    A pickled copy has paths and places and no values: another process maps the files when it needs them.
+    A pickled copy has paths and places and no values: another process opens the files when it needs them.
 
     Parameters
     ----------
@@ -160,13 +160,14 @@ class Windows:
             msg = f"out has shape {out.shape}, expected {shape}"
             raise ValueError(msg)
         files = self._file_of[flights]
-        maps = {number: MAPPED.of(*self._files[number]) for number in np.unique(files).tolist()}
+        opened = {number: OPEN_FILES.of(*self._files[number]) for number in np.unique(files).tolist()}
         offsets = self._offset_of[flights] + starts * (8 * self._width)
-        block, picked = (self.rows, self._width), self._picked
+        block, picked = np.empty((self.rows, self._width), "<f8"), self._picked
+        straight = picked is None and out.dtype == block.dtype and out.flags.c_contiguous
         for i, (number, offset) in enumerate(zip(files.tolist(), offsets.tolist(), strict=True)):
-            window = np.ndarray(block, "<f8", maps[number], offset)
-            out[i] = window if picked is None else window[:, picked]
-        MAPPED.note(8 * self._width * self.rows * len(indices))
+            opened[number].read(offset, out[i] if straight else block)
+            if not straight:
+                out[i] = block if picked is None else block[:, picked]
         return out
 
     def where(self, index: int) -> tuple[int, int]:

@@ -2,7 +2,7 @@
 
 The order of an epoch depends on the seed, the number of the epoch and the files alone. Files are shuffled and gathered
 into blocks; the windows of a block are shuffled together, and batches run on from block to block. A worker makes every
-n-th batch of that order, so that their number changes nothing, and copies windows out of mapped files: the system's
+n-th batch of that order, so that their number changes nothing, and reads windows where they lie: the system's
 cache of files holds a block once for all workers.
 """
 

@@ -11,7 +11,7 @@ from torch import Tensor
 class WindowSource(Protocol):
     """Windows of a fixed number of rows, numbered from 0.
 
-    In memory (``ArrayWindows``), or mapped from files (``magsim.recording.windows.Windows``).
+    In memory (``ArrayWindows``), or read from files (``magsim.recording.windows.Windows``).
     """
 
     @property

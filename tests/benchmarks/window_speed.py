@@ -1,4 +1,4 @@
-"""Measure the speed of random memory-mapped windows of a shard of many flights, on two cores.
+"""Measure the speed of random windows of a shard of many flights, on two cores.
 
 Run ``python tests/benchmarks/window_speed.py [--json] [--flights N]``. The shard has 200 flights of 6000 rows and 24
 input columns in float64 and is written first; windows of 320 rows are drawn at random in batches of 256 by two threads,

@@ -1,4 +1,4 @@
-"""Windows out of mapped memory hold the values that the recordings hold."""
+"""Windows that are read from files hold the values that the recordings hold."""
 
 import pickle
 from dataclasses import replace
@@ -173,11 +173,10 @@ def test_a_pickled_copy_has_places_and_no_values(tmp_path):
     assert pickle.loads(copy).take(indices).tobytes() == taken.tobytes()
 
 
-def test_mapped_memory_and_open_files_stay_bounded(tmp_path, monkeypatch):
-    monkeypatch.setattr(places, "MOST_MAPPED", 5)
-    monkeypatch.setattr(places, "RELEASE_BYTES", 4000)
-    mapped = places._Mapped()
-    monkeypatch.setattr(windows_module, "MAPPED", mapped)
+def test_open_files_stay_few(tmp_path, monkeypatch):
+    monkeypatch.setattr(places, "MOST_OPEN", 5)
+    opened = places._OpenFiles()
+    monkeypatch.setattr(windows_module, "OPEN_FILES", opened)
     for number in range(12):
         make(f"flight_{number}", 60).write(tmp_path / f"{number:02d}.h5")
     windows = Windows(sorted(tmp_path.glob("*.h5")), rows=10)
@@ -186,5 +185,5 @@ def test_mapped_memory_and_open_files_stay_bounded(tmp_path, monkeypatch):
     for _ in range(3):
         for index in range(0, len(windows), 7):
             assert np.array_equal(windows.take([index])[0], every[index])
-    assert len(mapped._maps) <= 5
+    assert len(opened._files) <= 5
     assert len(list(Path("/proc/self/fd").iterdir())) <= before + 5
