@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from magsim.aircraft import Aircraft, load_aircraft
 from magsim.field import compute_field, load_response
 from magsim.field.metal import eddy
-from magsim.field.sources.dipoles import DeflectedDipole, dipole_field
+from magsim.field.sources.dipoles import DeflectedDipole, DeflectedDipoles, dipole_field
 from magsim.field.warmth import Warmth
 from magsim.population import MAGNETS, aircraft_of
 from magsim.population.days import outside_c
@@ -120,8 +120,9 @@ def test_magnets_weaken_and_strengthen_with_the_height(today: Aircraft, climb: F
                 np.array(dipole.hinge_axis),
                 np.cos(angle),
                 np.sin(angle),
-            ).at(place[None])[:, 0]
-            hinged += warmth.moment(dipole.magnet)[:, None] * turned
+            )
+            field = DeflectedDipoles((turned,)).at(place[None])[:, 0]
+            hinged += warmth.moment(dipole.magnet)[:, None] * field
         for name, exact in (("permanent", fixed), ("hinged", hinged)):
             got = truth.part(name, mount) - still.part(name, mount)
             np.testing.assert_allclose(got[rows], exact[rows], rtol=0, atol=1e-9)

@@ -20,9 +20,9 @@ from tests.support.sweeps import bytes_of, fly, sweep_file
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[room.SweepPlan, Path, str]:
-    """A sweep of twelve flights in six files, undisturbed: plan, folder, digest."""
+    """A sweep of 24 flights in twelve files, undisturbed: plan, folder, digest."""
     folder = tmp_path_factory.mktemp("flown")
-    plan = room.read_sweep(sweep_file(folder, flights=12))
+    plan = room.read_sweep(sweep_file(folder, flights=24))
     return plan, folder / "out", fly(plan, folder / "out").digest
 
 
@@ -47,9 +47,10 @@ def test_a_killed_driver_is_resumed_on_another_number_of_workers(flown: tuple, t
 def test_an_interrupt_ends_every_process_and_says_how_to_go_on(flown: tuple, tmp_path: Path) -> None:
     plan, _, _ = flown
     command = [sys.executable, "-m", "magsim", "sweep", plan.file.source, "-o", str(tmp_path / "out"), "-w", "2"]
+    command += ["--set", "sweep.flights=2000"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as driver:
         journal = Journal(tmp_path / "out")
-        while not any(journal.begun(shard) for shard in range(6)) and driver.poll() is None:
+        while not any(journal.begun(shard) for shard in range(12)) and driver.poll() is None:
             time.sleep(0.02)
         family = psutil.Process(driver.pid).children(recursive=True)
         driver.send_signal(signal.SIGINT)
@@ -68,7 +69,7 @@ def test_a_cluster_of_two_one_of_them_killed(flown: tuple, tmp_path: Path) -> No
     killed: list[int] = []
 
     def kill(_progress: room.SweepProgress) -> None:
-        if not killed and any(number >= 0 for shard in range(6) for number in journal.begun(shard)):
+        if not killed and any(number >= 0 for shard in range(12) for number in journal.begun(shard)):
             killed.append(next(iter(workers.cluster.workers.values())).pid)
             os.kill(killed[0], signal.SIGKILL)
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from magsim.aircraft import load_aircraft
-from magsim.field.sources.dipoles import SCALE, DeflectedDipole, dipole_field
+from magsim.field.sources.dipoles import SCALE, DeflectedDipole, DeflectedDipoles, dipole_field
 from magsim.units import NT_PER_T
 from tests.support.dipoles import dipole_gradient
 from tests.support.rotations import rotate_about
@@ -98,7 +98,9 @@ def test_hinged_dipole_is_a_turned_and_moved_dipole(point: tuple[float, float, f
     positions = HINGED.hinge_point + turn.apply(HINGED.position - HINGED.hinge_point)
     expected = dipole_field(positions, turn.apply(HINGED.moment), np.array(point))
     dipole, fixed = deflected(angles), np.array([point])
-    np.testing.assert_allclose(dipole.at(fixed)[:, 0], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        DeflectedDipoles((dipole,)).at(fixed)[:, 0], expected, rtol=0, atol=1e-12 * np.abs(expected).max()
+    )
     moving = dipole.along(np.tile(fixed, (25, 1, 1)))
     np.testing.assert_allclose(moving[:, 0], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
@@ -107,7 +109,7 @@ def test_hinged_dipole_is_a_turned_and_moved_dipole(point: tuple[float, float, f
 def test_hinged_dipole_as_gains_and_strengths(point: tuple[float, float, float]) -> None:
     """Exact at rest and at the deflection of the expansion, right to 0.1 % of the field between them."""
     dipole, fixed = deflected(np.linspace(-0.2, 0.2, 21)), np.array([point])
-    exact = dipole.at(fixed)[:, 0]
+    exact = DeflectedDipoles((dipole,)).at(fixed)[:, 0]
     product = dipole.strengths @ dipole.gains(fixed)[0].T
     np.testing.assert_allclose(product[[0, 10, 20]], exact[[0, 10, 20]], rtol=1e-10)
     assert np.abs(product - exact).max() < 1e-3 * np.linalg.norm(exact, axis=1).min()
@@ -118,7 +120,7 @@ def test_hinged_dipole_agrees_with_magpylib() -> None:
     source = magpy.misc.Dipole(moment=HINGED.moment, position=HINGED.position)
     source.rotate(Rotation.from_rotvec(angle * HINGED.hinge_axis), anchor=HINGED.hinge_point)
     point = np.array([-7.0, 0.4, 0.3])
-    ours = deflected(np.array([angle])).at(point[None])[0, 0]
+    ours = DeflectedDipoles((deflected(np.array([angle])),)).at(point[None])[0, 0]
     np.testing.assert_allclose(ours, source.getB(point) * NT_PER_T, rtol=2e-9)
 
 
@@ -134,7 +136,7 @@ def test_hinge_signs(axis: tuple[float, float, float], moves_to: tuple[float, fl
     cos, sin = np.array([0.0]), np.array([1.0])
     dipole = DeflectedDipole(np.array([-1.0, 0.0, 0.0]), np.array(axis), np.zeros(3), np.array(axis), cos, sin)
     point = np.array([0.3, 0.2, 5.0])
-    field = dipole.at(point[None])[0, 0]
+    field = DeflectedDipoles((dipole,)).at(point[None])[0, 0]
     np.testing.assert_allclose(field, dipole_field(np.array(moves_to), np.array(axis), point), rtol=1e-12)
 
 
