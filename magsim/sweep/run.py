@@ -36,6 +36,8 @@ class SweepProgress:
         Flight time in finished files.
     size : int
         Of finished files [bytes].
+    spent_s : float [s]
+        Processor time of the workers in this run.
     elapsed_s : float [s]
         Since this run began.
     fresh : int
@@ -47,6 +49,7 @@ class SweepProgress:
     failed: int = 0
     flown_s: float = 0.0
     size: int = 0
+    spent_s: float = 0.0
     elapsed_s: float = 0.0
     fresh: int = 0
 
@@ -75,6 +78,7 @@ class SweepProgress:
             failed=self.failed + result.failed,
             flown_s=self.flown_s + result.flown_s,
             size=self.size + result.size,
+            spent_s=self.spent_s + result.spent_s,
             fresh=self.fresh + (found if fresh else 0),
         )
 

@@ -1,5 +1,6 @@
 """The work of one task: fly the flights of one file, write it, and record what it holds. Any process may do it."""
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -59,6 +60,8 @@ class ShardResult:
         Flight time that was simulated.
     size : int
         Of the file [bytes].
+    spent_s : float [s]
+        Processor time of the task.
     """
 
     shard: int
@@ -67,10 +70,11 @@ class ShardResult:
     failed: int = 0
     flown_s: float = 0.0
     size: int = 0
+    spent_s: float = 0.0
 
     @classmethod
     def of(cls, record: ShardRecord) -> "ShardResult":
-        """Return the tally of a record."""
+        """Return the tally of a record; nothing was spent."""
         flown_s = sum(flight.duration_s for flight in record.flown)
         return cls(record.shard, False, len(record.flown), len(record.failed), flown_s, record.size)
 
@@ -85,7 +89,7 @@ def fly_shard(task: ShardTask) -> ShardResult:
     DataError
         If the files that the sweep refers to are not those of the process that gave the task.
     """
-    plan, journal = warm(task.file), Journal(Path(task.folder))
+    plan, journal, began = warm(task.file), Journal(Path(task.folder)), time.process_time()
     if plan.identity != task.identity:
         msg = (
             f"{task.file.source}: this process reads another scenario, aircraft or version than the one that started "
@@ -101,7 +105,7 @@ def fly_shard(task: ShardTask) -> ShardResult:
             record = record.model_copy(update={"attempts": journal.begun(task.shard).count(-1)})
             journal.write(record)
         journal.forget(task.shard)
-    return ShardResult.of(record)
+    return replace(ShardResult.of(record), spent_s=time.process_time() - began)
 
 
 @lru_cache(maxsize=2)

@@ -29,11 +29,11 @@ def look(_progress):
             peak = max(peak, process.memory_info().rss)
         except psutil.Error:
             pass
-room.run(plan, opened, team, report=look)
+done = room.run(plan, opened, team, report=look)
 outcome = room.finish(plan, opened)
 spent = time.perf_counter() - began
-own, theirs = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
-cpu = own.ru_utime + own.ru_stime + theirs.ru_utime + theirs.ru_stime
+own = resource.getrusage(resource.RUSAGE_SELF)
+cpu = own.ru_utime + own.ru_stime + done.spent_s
 print(json.dumps({
     "digest": outcome.digest, "wall_s": spent, "cpu_s": cpu, "driver_mb": own.ru_maxrss / 1024.0,
     "worker_mb": peak / 1e6, "bytes": outcome.tally.size, "flown": outcome.tally.flown,
@@ -61,7 +61,10 @@ print(json.dumps({"wall_s": time.perf_counter() - began, "cpu_s": time.process_t
 
 @dataclass(frozen=True)
 class Run:
-    """What a sweep cost: its digest, time, memory of driver and largest worker, bytes written, and flights."""
+    """What a sweep cost: its digest, time, memory of driver and largest worker, bytes written, and flights.
+
+    ``cpu_s`` is that of the driver and of the workers on their files; not that of their imports.
+    """
 
     digest: str
     wall_s: float

@@ -13,6 +13,9 @@ FLIGHTS = 200
 SHORT = 8
 """Flights of the runs whose cost is taken off: what starting up costs, however many flights follow."""
 
+LONG = ("pattern.leg_m=15000.0",)
+"""A survey line of 200 s; the bare loop is compared over lines of 7 s, where a sweep adds most."""
+
 TURNS = 3
 LOOP_FLIGHTS = 104
 
@@ -23,8 +26,8 @@ def rows() -> Sequence[Row]:
         folder = Path(name)
         path = sweep_file(folder, flights=FLIGHTS, shard=4)
         run(path, folder / "warm", settings=(f"sweep.flights={SHORT}",))
-        one_s = run(path, folder / "one", workers=1).wall_s
-        two_s = run(path, folder / "two", workers=2).wall_s
+        one_s = run(path, folder / "one", workers=1, settings=LONG).wall_s
+        two_s = run(path, folder / "two", workers=2, settings=LONG).wall_s
         swept, bare = [], []
         for turn in range(TURNS):
             swept.append(_marginal(lambda n, turn=turn: _swept(path, folder / f"s{turn}_{n}", n)))
