@@ -21,7 +21,7 @@ team = room.LocalWorkers(workers) if engine == "local" else room.cluster_workers
 peak, looked = 0, 0.0
 def look(_progress):
     global peak, looked
-    if time.perf_counter() - looked < 0.5:
+    if time.perf_counter() - looked < 5.0:  # a look costs some milliseconds
         return
     looked = time.perf_counter()
     for process in psutil.Process().children(recursive=True):
@@ -78,6 +78,13 @@ class Run:
 def run(path: Path, folder: Path, *, workers: int = 1, engine: str = "local", settings: tuple[str, ...] = ()) -> Run:
     """Fly a sweep, or what is left of it."""
     return Run(**_answer(SCRIPT, path, folder, workers, engine, *settings))
+
+
+def bare_loops(path: Path, folder: Path, count: int, settings: tuple[str, ...] = ()) -> float:
+    """Fly the same flights in so many loops side by side, each all of them: wall time [s], without starting up."""
+    commands = [[sys.executable, "-c", LOOP, str(path), str(folder / str(i)), *settings] for i in range(count)]
+    running = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) for command in commands]
+    return max(json.loads(process.communicate()[0].splitlines()[-1])["wall_s"] for process in running)
 
 
 def bare_loop(path: Path, folder: Path, settings: tuple[str, ...] = ()) -> tuple[float, float]:

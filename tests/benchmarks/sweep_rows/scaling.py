@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.benchmarks.rows import Row, at_least, at_most, stated
-from tests.support.sweep_runs import bare_loop, run
+from tests.support.sweep_runs import bare_loop, bare_loops, run
 from tests.support.sweeps import sweep_file
 
 FLIGHTS = 200
@@ -28,6 +28,11 @@ def rows() -> Sequence[Row]:
         run(path, folder / "warm", settings=(f"sweep.flights={SHORT}",))
         one_s = run(path, folder / "one", workers=1, settings=LONG).wall_s
         two_s = run(path, folder / "two", workers=2, settings=LONG).wall_s
+        half = (*LONG, f"sweep.flights={FLIGHTS // 2}")
+        (folder / "beside").mkdir()
+        (folder / "alone").mkdir()
+        beside_s = bare_loops(path, folder / "beside", 2, half)
+        alone_s = bare_loops(path, folder / "alone", 1, half)
         swept, bare = [], []
         for turn in range(TURNS):
             swept.append(_marginal(lambda n, turn=turn: _swept(path, folder / f"s{turn}_{n}", n)))
@@ -35,6 +40,7 @@ def rows() -> Sequence[Row]:
     over = 100.0 * (statistics.median(swept) / statistics.median(bare) - 1.0)
     return [
         at_least("two_workers_over_one", one_s / two_s, "1", 1.9),
+        stated("two_bare_loops_over_one", 2.0 * alone_s / beside_s, "1: what the machine's two cores give"),
         at_most("overhead_over_bare_loop_pct", over, "% of processor time", 2.0),
         stated("flight_in_sweep_s", statistics.median(swept), "s of processor time"),
         stated("flight_in_bare_loop_s", statistics.median(bare), "s of processor time"),
