@@ -16,7 +16,7 @@ from magsim.compensation.base import Compensator, FitContext
 from magsim.dataset import Training
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.recording import Recording
-from magsim.storage import atomic_write
+from magsim.storage import atomic_text
 
 RUN, CHECKPOINT = "run.json", "checkpoint"
 
@@ -127,7 +127,7 @@ class Run:
             (folder / name).unlink(missing_ok=True)
         _remove_checkpoint(folder)
         text = json.dumps(made_of, indent=1, sort_keys=True) + "\n"
-        atomic_write(folder / RUN, lambda path: path.write_text(text, encoding="utf-8"), force=True)
+        atomic_text(folder / RUN, text, force=True)
         return cls(folder, is_complete=False)
 
     def train(self, compensator: Compensator, training: Training, context: FitContext) -> Compensator:

@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from magsim.errors import DataError, RequestError
-from magsim.storage import atomic_write
+from magsim.storage import atomic_text, atomic_write
 
 SETTINGS, ARRAYS, WEIGHTS = "compensator.json", "arrays.npz", "weights.safetensors"
 """Files of a fitted method; the last one of networks alone."""
@@ -118,7 +118,7 @@ def write(folder: Path, settings: Mapping[str, Any], state: State, *, force: boo
         tensors = {name: np.ascontiguousarray(array) for name, array in state.weights.items()}
         atomic_write(folder / WEIGHTS, lambda path: path.write_bytes(save(tensors)), force=force)
     atomic_write(folder / ARRAYS, write_arrays, force=force)
-    atomic_write(folder / SETTINGS, lambda path: path.write_text(text, encoding="utf-8"), force=force)
+    atomic_text(folder / SETTINGS, text, force=force)
 
 
 def read_settings(folder: Path) -> dict[str, Any]:

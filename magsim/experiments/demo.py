@@ -15,7 +15,7 @@ from magsim.errors import RequestError
 from magsim.loading import load_scenario
 from magsim.recording import Recording
 from magsim.simulation import simulate
-from magsim.storage import atomic_write
+from magsim.storage import atomic_text, atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -177,7 +177,7 @@ class _Folder:
         files |= {name: _sha256(self.folder / name) for name in self.written}
         files = {name: digest for name, digest in sorted(files.items()) if (self.folder / name).is_file()}
         text = json.dumps({"demo": 1, "files": files}, indent=2) + "\n"
-        atomic_write(self.folder / RECEIPT, lambda path: path.write_text(text, encoding="utf-8"), force=True)
+        atomic_text(self.folder / RECEIPT, text, force=True)
 
 
 def _sha256(path: Path) -> str:

@@ -23,7 +23,7 @@ from magsim.loading import load_scenario
 from magsim.population import aircraft_of
 from magsim.recording import Recording
 from magsim.simulation import simulate
-from magsim.storage import atomic_write
+from magsim.storage import atomic_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -298,7 +298,7 @@ def write_page(whole: MountMap, figure: "Figure", path: Path, *, count: int = 5,
     figure.savefig(buffer, format="png", metadata={"Software": None})
     picture = base64.b64encode(buffer.getvalue()).decode()
     text = _page(whole, picture, whole.table(count))
-    atomic_write(path, lambda part: part.write_text(text, encoding="utf-8"), force=force)
+    atomic_text(path, text, force=force)
 
 
 def _page(whole: MountMap, picture: str, places: Sequence[RatedPlace]) -> str:

@@ -19,7 +19,7 @@ from magsim.generation.description.statistics import STATISTICS, Statistics
 from magsim.generation.flying import write_shards
 from magsim.generation.recipe import LoadedRecipe, RecipeTask
 from magsim.recording import Recording
-from magsim.storage import atomic_folder, atomic_write, check_folder_target
+from magsim.storage import atomic_folder, atomic_text, check_folder_target
 from magsim.storage.machine import fingerprint
 
 DESCRIBING = (MANIFEST, STATISTICS, CARD, CROISSANT)
@@ -196,4 +196,4 @@ def write_describing(loaded: LoadedRecipe, found: Contents, folder: Path) -> Non
 
 
 def _write(path: Path, text: str) -> None:
-    atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)
+    atomic_text(path, text, force=True)

@@ -80,6 +80,17 @@ def _refuse_taken(path: Path, *, force: bool) -> None:
     raise RequestError(msg)
 
 
+def atomic_text(path: Path, text: str, *, force: bool = False) -> None:
+    """Write a text as UTF-8, its lines ended by line feeds, completely or not at all; see ``atomic_write``.
+
+    Raises
+    ------
+    RequestError
+        As ``atomic_write``.
+    """
+    atomic_write(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"), force=force)
+
+
 @contextlib.contextmanager
 def _reserved(path: Path) -> Iterator[Path]:
     """Make an empty file of the path's name in a hidden folder beside it, and remove both at the end.

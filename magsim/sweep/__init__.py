@@ -1,8 +1,8 @@
 """Sweeps: one scenario in thousands of variations, flown by processes that may die, into a folder of recordings."""
 
-from magsim.sweep.finish import SweepOutcome, check_ready, finish, write_failures
+from magsim.sweep.finish import SweepOutcome, check_ready, finish
 from magsim.sweep.flying import fly
-from magsim.sweep.folder import SweepFolder, open_folder
+from magsim.sweep.folder import open_folder
 from magsim.sweep.plan import SweepFile, SweepPlan, plan_of, read_sweep
 from magsim.sweep.rehearsal import MOST_EXPANDED, check, measure, ranges
 from magsim.sweep.run import SweepProgress, run
@@ -14,7 +14,6 @@ __all__ = [
     "ClusterWorkers",
     "LocalWorkers",
     "SweepFile",
-    "SweepFolder",
     "SweepOutcome",
     "SweepPlan",
     "SweepProgress",
@@ -31,5 +30,4 @@ __all__ = [
     "ranges",
     "read_sweep",
     "run",
-    "write_failures",
 ]

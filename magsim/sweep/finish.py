@@ -5,14 +5,12 @@ from dataclasses import dataclass
 
 from magsim.dataset import MANIFEST, FileEntry, Manifest, parquet
 from magsim.errors import RequestError
-from magsim.storage import atomic_write
+from magsim.storage import atomic_text
 from magsim.storage.machine import fingerprint
-from magsim.sweep.folder import SweepFolder
 from magsim.sweep.index import write_index
 from magsim.sweep.journal import Journal, file_name
 from magsim.sweep.plan import SweepPlan
-from magsim.sweep.report import FAILURES, REPORT, Tally, records, write_report
-from magsim.sweep.report import write_failures as _write_failures
+from magsim.sweep.report import REPORT, Tally, records, write_failures, write_report
 
 MOST_LISTED = 20_000
 """Flights of a manifest; the index alone lists more."""
@@ -49,20 +47,20 @@ def check_ready() -> None:
         raise RequestError(msg) from None
 
 
-def finish(plan: SweepPlan, folder: SweepFolder) -> SweepOutcome | None:
+def finish(plan: SweepPlan, journal: Journal) -> SweepOutcome | None:
     """Write index, manifest, failures and report of a sweep whose files are all finished.
 
     Parameters
     ----------
     plan : SweepPlan
-    folder : SweepFolder
+    journal : Journal
+        Of its folder.
 
     Returns
     -------
     SweepOutcome or None
         None while files are missing: other parts are still flown. Then only the failures are written.
     """
-    journal = Journal(folder.path)
     tally, digest, done = Tally(), hashlib.sha256(), 0
     files: list[FileEntry] = []
     for record in records(plan, journal):
@@ -75,19 +73,14 @@ def finish(plan: SweepPlan, folder: SweepFolder) -> SweepOutcome | None:
             entries = tuple(flown.entry for flown in record.flown)
             name = file_name(record.shard)
             files.append(FileEntry(name=name, sha256=record.sha256, size=record.size, flights=entries))
-    write_failures(plan, folder)
+    write_failures(plan, journal)
     if done < plan.shards:
         return None
     if tally.flown <= MOST_LISTED and files:
         manifest = Manifest(manifest=1, dataset=plan.dataset_name, made_on=fingerprint(), files=tuple(files))
         text = manifest.to_json()
-        path = folder.path / MANIFEST
-        atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)
-    write_index(plan, journal, folder.path / parquet.INDEX, tally.sensors)
-    write_report(tally, folder.path / REPORT)
+        path = journal.folder / MANIFEST
+        atomic_text(path, text, force=True)
+    write_index(plan, journal, journal.folder / parquet.INDEX, tally.sensors)
+    write_report(tally, journal.folder / REPORT)
     return SweepOutcome(tally, digest.hexdigest())
-
-
-def write_failures(plan: SweepPlan, folder: SweepFolder) -> None:
-    """Write the flights that have failed so far."""
-    _write_failures(plan, Journal(folder.path), folder.path / FAILURES)

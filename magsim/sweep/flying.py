@@ -4,10 +4,11 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from magsim.sweep.finish import SweepOutcome, check_ready, finish, write_failures
+from magsim.sweep.finish import SweepOutcome, check_ready, finish
 from magsim.sweep.folder import open_folder
 from magsim.sweep.plan import SweepPlan, read_sweep
 from magsim.sweep.rehearsal import check
+from magsim.sweep.report import write_failures
 from magsim.sweep.run import SweepProgress, run
 from magsim.sweep.workers import LocalWorkers, Workers
 
@@ -62,15 +63,15 @@ def fly(
         check_ready()
         plan = sweep if isinstance(sweep, SweepPlan) else read_sweep(sweep)
         check(plan)
-        opened = open_folder(plan, Path(folder), resume=resume, shared=part != (1, 1))
+        journal = open_folder(plan, Path(folder), resume=resume, shared=part != (1, 1))
         team = given or LocalWorkers(min(workers if isinstance(workers, int) else os.cpu_count() or 1, plan.shards))
     except BaseException:
         if given is not None:
             given.close(at_once=True)
         raise
     try:
-        run(plan, opened, team, part=part, max_failures=max_failures, report=report)
+        run(plan, journal, team, part=part, max_failures=max_failures, report=report)
     except BaseException:
-        write_failures(plan, opened)
+        write_failures(plan, journal)
         raise
-    return finish(plan, opened)
+    return finish(plan, journal)

@@ -1,7 +1,6 @@
 """The folder of a sweep: which sweep it is of, and what is written into it beside the recordings."""
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,7 +11,7 @@ from magsim.dataset import MANIFEST
 from magsim.dataset.parquet import INDEX
 from magsim.errors import DataError, RequestError
 from magsim.files import first_bytes
-from magsim.storage import atomic_write, check_folder_target
+from magsim.storage import atomic_text, check_folder_target
 from magsim.sweep.journal import JOURNAL, Journal
 from magsim.sweep.plan import SweepPlan
 from magsim.sweep.report import REPORT
@@ -36,19 +35,7 @@ class SweepState(Strict):
     overrides: Annotated[tuple[str, ...], Field(strict=False)] = ()
 
 
-@dataclass(frozen=True)
-class SweepFolder:
-    """A folder that belongs to a sweep.
-
-    Attributes
-    ----------
-    path : Path
-    """
-
-    path: Path
-
-
-def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bool = False) -> SweepFolder:
+def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bool = False) -> Journal:
     """Make the folder of a sweep, or go on in it.
 
     Parameters
@@ -59,6 +46,11 @@ def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bo
         Go on with what an earlier run left; a new folder is all right too.
     shared : bool
         Other parts of the same sweep may have made the folder, and may be flying.
+
+    Returns
+    -------
+    Journal
+        Of the folder, for ``run`` and ``finish``.
 
     Raises
     ------
@@ -85,8 +77,9 @@ def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bo
         # what told of fewer flights follows again at the end
         for name in (INDEX, MANIFEST, REPORT):
             (path / name).unlink(missing_ok=True)
-    Journal(path).make()
-    _write(path / COPY, plan.file.text)
+    journal = Journal(path)
+    journal.make()
+    atomic_text(path / COPY, plan.file.text, force=True)
     wanted = SweepState(
         sweep=1,
         name=plan.file.name,
@@ -95,8 +88,8 @@ def open_folder(plan: SweepPlan, path: Path, *, resume: bool = False, shared: bo
         overrides=plan.file.overrides,
     )
     if state != wanted:
-        _write(path / STATE, json.dumps(wanted.model_dump(mode="json"), indent=1) + "\n")
-    return SweepFolder(path)
+        atomic_text(path / STATE, json.dumps(wanted.model_dump(mode="json"), indent=1) + "\n", force=True)
+    return journal
 
 
 def _is_begun(path: Path) -> bool:
@@ -139,7 +132,3 @@ def _check_state(plan: SweepPlan, state: SweepState, path: Path) -> None:
             "or another folder"
         )
         raise DataError(msg)
-
-
-def _write(path: Path, text: str) -> None:
-    atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)

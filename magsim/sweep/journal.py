@@ -18,7 +18,7 @@ from pydantic import Field, ValidationError
 from magsim.config import Strict
 from magsim.dataset.manifest import Count, FlightEntry, Sha256
 from magsim.errors import RequestError
-from magsim.storage import atomic_write
+from magsim.storage import atomic_text
 
 try:
     import fcntl
@@ -122,7 +122,7 @@ class Journal:
         """
         text = record.model_dump_json(indent=None) + "\n"
         path = self.path(record.shard)
-        atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8"), force=True)
+        atomic_text(path, text, force=True)
 
     def begun(self, shard: int) -> list[int]:
         """Return the flights of a shard that processes have begun, in order; a process that starts on it notes -1."""

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from magsim.dataset.parquet import FIGURE
-from magsim.storage import atomic_write
+from magsim.storage import atomic_text, atomic_write
 from magsim.sweep.journal import Journal, ShardRecord
 from magsim.sweep.plan import SweepPlan
 
@@ -122,13 +122,11 @@ def spread(values: Sequence[float]) -> dict[str, float]:
     return dict(zip(labels, np.percentile(np.asarray(values), (0, 5, 50, 95, 100)).tolist(), strict=True))
 
 
-def write_failures(plan: SweepPlan, journal: Journal, path: Path) -> int:
-    """Write every failed flight with its reason and its settings, and return how many there are."""
+def write_failures(plan: SweepPlan, journal: Journal) -> None:
+    """Write every flight that has failed so far, with its reason and its settings."""
     names = list(plan.space.names)
-    count = 0
 
     def write(temporary: Path) -> None:
-        nonlocal count
         with temporary.open("w", encoding="utf-8", newline="") as file:
             table = csv.writer(file, lineterminator="\n")
             table.writerow(["flight", "name", "kind", "reason", *names, "overrides"])
@@ -139,10 +137,8 @@ def write_failures(plan: SweepPlan, journal: Journal, path: Path) -> int:
                     values = [plain(flight.values[name]) for name in names]
                     overrides = " ".join(plan.overrides(flight))
                     table.writerow([failed.number, flight.name, failed.kind, failed.reason, *values, overrides])
-                    count += 1
 
-    atomic_write(path, write, force=True)
-    return count
+    atomic_write(journal.folder / FAILURES, write, force=True)
 
 
 def plain(value: object) -> object:
@@ -156,4 +152,4 @@ def plain(value: object) -> object:
 def write_report(tally: Tally, path: Path) -> None:
     """Write the figures."""
     text = json.dumps(tally.to_table(), indent=1) + "\n"
-    atomic_write(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"), force=True)
+    atomic_text(path, text, force=True)

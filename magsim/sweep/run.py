@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from magsim.errors import DataError
-from magsim.sweep.folder import SweepFolder
 from magsim.sweep.journal import Journal
 from magsim.sweep.plan import SweepPlan
 from magsim.sweep.shard import ShardResult, ShardTask
@@ -85,7 +84,7 @@ class SweepProgress:
 
 def run(
     plan: SweepPlan,
-    folder: SweepFolder,
+    journal: Journal,
     workers: Workers,
     *,
     part: tuple[int, int] = (1, 1),
@@ -97,8 +96,8 @@ def run(
     Parameters
     ----------
     plan : SweepPlan
-    folder : SweepFolder
-        Opened for the plan.
+    journal : Journal
+        Of the folder that was opened for the plan.
     workers : Workers
         It is closed at the end.
     part : (int, int)
@@ -120,7 +119,7 @@ def run(
     DataError
         If too many flights failed, processes die at their start, or the sweep's files have changed meanwhile.
     """
-    driver = _Driver(plan, folder, workers, part=part, max_failures=max_failures, report=report)
+    driver = _Driver(plan, journal, workers, part=part, max_failures=max_failures, report=report)
     finished = False
     try:
         driver.fly()
@@ -136,7 +135,7 @@ class _Driver:
     def __init__(
         self,
         plan: SweepPlan,
-        folder: SweepFolder,
+        journal: Journal,
         workers: Workers,
         *,
         part: tuple[int, int],
@@ -144,9 +143,8 @@ class _Driver:
         report: Callable[[SweepProgress], None],
     ) -> None:
         self._plan, self._workers, self._report = plan, workers, report
-        self._folder, self._journal = folder.path, Journal(folder.path)
+        self._journal, self._folder = journal, journal.folder
         self._most = max_failures
-        self._part = part
         self._deaths: Counter[int] = Counter()
         self._early_deaths = 0
         self._began = time.monotonic()
@@ -154,7 +152,6 @@ class _Driver:
         self._busy: deque[ShardTask] = deque()
         self._working = 0
         mine = range(part[0] - 1, plan.shards, part[1])
-        self._expected = {True: plan.settings.shard, False: plan.space.count - (plan.shards - 1) * plan.settings.shard}
         self.progress = SweepProgress(sum(self._expect(shard) for shard in mine))
         self._left = self._missing(mine)
 
@@ -183,7 +180,7 @@ class _Driver:
 
     def _expect(self, shard: int) -> int:
         """Return how many flights a file has if no constraint leaves any out."""
-        return self._expected[shard < self._plan.shards - 1]
+        return self._plan.last_place(shard) - shard * self._plan.settings.shard
 
     def _missing(self, mine: range) -> Iterator[ShardTask]:
         """Yield the tasks of shards without a record, and count the others."""

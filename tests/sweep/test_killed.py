@@ -64,8 +64,8 @@ def test_a_driver_that_is_asked_to_end_ends_every_process_and_says_how_to_go_on(
 
 def test_a_cluster_of_two_one_of_them_killed(flown: tuple, tmp_path: Path) -> None:
     plan, folder, digest = flown
-    opened = room.open_folder(plan, tmp_path / "out")
-    workers, journal = cluster_workers(None, 2), Journal(opened.path)
+    journal = room.open_folder(plan, tmp_path / "out")
+    workers = cluster_workers(None, 2)
     killed: list[int] = []
 
     def kill(_progress: room.SweepProgress) -> None:
@@ -73,8 +73,8 @@ def test_a_cluster_of_two_one_of_them_killed(flown: tuple, tmp_path: Path) -> No
             killed.append(next(iter(workers.cluster.workers.values())).pid)
             os.kill(killed[0], signal.SIGKILL)
 
-    room.run(plan, opened, workers, report=kill)
-    outcome = room.finish(plan, opened)
+    room.run(plan, journal, workers, report=kill)
+    outcome = room.finish(plan, journal)
     assert killed
     assert outcome is not None
     assert outcome.digest == digest
@@ -100,7 +100,7 @@ def test_a_scheduler_that_does_not_answer_is_told() -> None:
 
 def test_a_scheduler_that_is_lost_ends_the_sweep_in_one_line(flown: tuple, tmp_path: Path) -> None:
     plan, _, digest = flown
-    opened = room.open_folder(plan, tmp_path / "out")
+    journal = room.open_folder(plan, tmp_path / "out")
     with dask.config.set({"distributed.comm.timeouts.connect": "2s"}):
         workers = cluster_workers(None, 1)
     lost: list[bool] = []
@@ -114,5 +114,5 @@ def test_a_scheduler_that_is_lost_ends_the_sweep_in_one_line(flown: tuple, tmp_p
         dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
         pytest.raises(DataError, match="the connection to the dask scheduler was lost"),
     ):
-        room.run(plan, opened, workers, report=lose)
+        room.run(plan, journal, workers, report=lose)
     assert fly(plan, tmp_path / "out").digest == digest

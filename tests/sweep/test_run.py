@@ -17,7 +17,6 @@ from magsim import sweep as room
 from magsim.errors import DataError, RequestError
 from magsim.loading import load_scenario
 from magsim.recording import read_recordings
-from magsim.sweep.journal import Journal
 from tests.support.sweeps import bytes_of, fly, sweep_file
 
 
@@ -65,17 +64,17 @@ def test_the_index_tells_what_varied_and_where_it_lies(flown: tuple) -> None:
 @pytest.mark.parametrize(("workers", "parts"), [(1, 1), (2, 3)])
 def test_workers_and_parts_leave_the_same_bytes(flown: tuple, tmp_path: Path, workers: int, parts: int) -> None:
     plan, folder, digest = flown
-    opened = room.open_folder(plan, tmp_path / "out", shared=True)
+    journal = room.open_folder(plan, tmp_path / "out", shared=True)
     for part in range(parts, 1, -1):
-        room.run(plan, opened, room.LocalWorkers(workers), part=(part, parts))
-        assert room.finish(plan, opened) is None
+        room.run(plan, journal, room.LocalWorkers(workers), part=(part, parts))
+        assert room.finish(plan, journal) is None
     assert fly(plan, tmp_path / "out", workers=workers, part=(1, parts)).digest == digest
     assert bytes_of(tmp_path / "out") == bytes_of(folder)
 
 
 def test_what_is_finished_is_not_flown_again(flown: tuple, tmp_path: Path) -> None:
     plan, folder, digest = flown
-    opened = room.open_folder(plan, tmp_path / "out")
+    journal = room.open_folder(plan, tmp_path / "out")
     begun: list[int] = []
 
     class Stop(Exception):
@@ -87,7 +86,7 @@ def test_what_is_finished_is_not_flown_again(flown: tuple, tmp_path: Path) -> No
             raise Stop
 
     with pytest.raises(Stop):
-        room.run(plan, opened, room.LocalWorkers(1), report=stop)
+        room.run(plan, journal, room.LocalWorkers(1), report=stop)
     kept = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out").glob("*.h5")}
     assert kept
     assert fly(plan, tmp_path / "out").digest == digest
@@ -97,10 +96,9 @@ def test_what_is_finished_is_not_flown_again(flown: tuple, tmp_path: Path) -> No
 
 def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: Path) -> None:
     plan, folder, digest = flown
-    opened = room.open_folder(plan, tmp_path / "out")
+    journal = room.open_folder(plan, tmp_path / "out")
     workers = room.LocalWorkers(2)
     first = workers.processes
-    journal = Journal(opened.path)
 
     def kill() -> None:
         while not any(number >= 0 for shard in range(4) for number in journal.begun(shard)):
@@ -109,9 +107,9 @@ def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: P
 
     killer = threading.Thread(target=kill)
     killer.start()
-    room.run(plan, opened, workers)
+    room.run(plan, journal, workers)
     killer.join()
-    outcome = room.finish(plan, opened)
+    outcome = room.finish(plan, journal)
     assert outcome is not None
     assert outcome.digest == digest
     assert bytes_of(tmp_path / "out") == bytes_of(folder)
@@ -119,8 +117,8 @@ def test_a_worker_that_is_killed_costs_its_shard_alone(flown: tuple, tmp_path: P
 
 def test_a_flight_on_which_processes_die_is_a_failure_and_the_others_are_flown(flown: tuple, tmp_path: Path) -> None:
     plan, _, _ = flown
-    opened = room.open_folder(plan, tmp_path / "out")
-    workers, journal = room.LocalWorkers(1), Journal(opened.path)
+    journal = room.open_folder(plan, tmp_path / "out")
+    workers = room.LocalWorkers(1)
     killed: list[int] = []
     done = threading.Event()
 
@@ -138,11 +136,11 @@ def test_a_flight_on_which_processes_die_is_a_failure_and_the_others_are_flown(f
     killer = threading.Thread(target=kill)
     killer.start()
     try:
-        room.run(plan, opened, workers)
+        room.run(plan, journal, workers)
     finally:
         done.set()
         killer.join()
-    outcome = room.finish(plan, opened)
+    outcome = room.finish(plan, journal)
     assert outcome is not None
     assert len(killed) == 3
     failures = pd.read_csv(tmp_path / "out" / "failures.csv")

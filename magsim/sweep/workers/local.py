@@ -9,6 +9,7 @@ import contextlib
 import multiprocessing
 import os
 import signal
+from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
@@ -113,7 +114,7 @@ class LocalWorkers:
 
 
 @contextlib.contextmanager
-def _one_thread():  # type: ignore[no-untyped-def]
+def _one_thread() -> Iterator[None]:
     """Let processes that are started have one BLAS thread, where the user has not set a number."""
     added = [name for name in BLAS_THREADS if name not in os.environ]
     os.environ.update(dict.fromkeys(added, "1"))

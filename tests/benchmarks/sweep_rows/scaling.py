@@ -2,7 +2,7 @@
 
 import statistics
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tests.benchmarks.rows import Row, at_least, at_most, stated
@@ -47,7 +47,7 @@ def rows() -> Sequence[Row]:
     ]
 
 
-def _marginal(cost) -> float:  # type: ignore[no-untyped-def]
+def _marginal(cost: Callable[[int], float]) -> float:
     """Return the cost of one more flight, without that of starting up."""
     return (cost(LOOP_FLIGHTS) - cost(SHORT)) / (LOOP_FLIGHTS - SHORT)
 
