@@ -14,6 +14,7 @@ from magsim.compensation import saving
 from magsim.compensation.columns import require
 from magsim.compensation.parameters import check_parameters, parameters_of, settings_model
 from magsim.compensation.saving import State
+from magsim.compensation.streaming import Feed, Stream, Streamer, WindowedStreamer
 from magsim.dataset import Data, Training, flights_of, read_training
 from magsim.errors import DataError, RequestError
 from magsim.recording import MissingColumnError, Recording
@@ -58,8 +59,12 @@ class Compensator(ABC):
     requires : tuple of str
         Patterns of the column families that ``estimate`` reads (``magsim.columns``): it is given no others. A method
         that needs the scalar reading itself must list it here.
-    causal : bool
-        Whether the estimate at a time needs nothing that comes later, but for the one row of a central difference.
+    lookahead_rows : int, optional
+        Rows after its own that an estimate needs, within a piece; None where that has no limit. 1 by default: a central
+        difference.
+    memory_rows : int, optional
+        Rows before its own that an estimate needs, within a piece; None where that has no limit or is not declared. A
+        method that declares both can be streamed.
     warmup_s : float [s]
         Time at the start of each piece in which the estimate may be NaN.
     presets : mapping
@@ -73,12 +78,26 @@ class Compensator(ABC):
 
     name: str = ""
     requires: tuple[str, ...] = ()
-    causal: bool = True
+    lookahead_rows: int | None = 1
+    memory_rows: int | None = None
     warmup_s: float = 0.0
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {}
     settings_type: ClassVar[type | None] = None
     settings: Any
     sensor_: str
+    _fitted_on: Feed | None = None
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        if "causal" in cls.__dict__:
+            msg = f"{cls.__name__}.causal follows from lookahead_rows; set that instead, None where it has no limit"
+            raise TypeError(msg)
+
+    @final
+    @property
+    def causal(self) -> bool:
+        """Whether an estimate needs no more than ``lookahead_rows`` rows that come later."""
+        return self.lookahead_rows is not None
 
     # ---- what a method gives ----------------------------------------------------------------------------------
 
@@ -134,6 +153,13 @@ class Compensator(ABC):
         """Take back what ``state`` returned; a ``KeyError`` or ``ValueError`` means that the file is broken."""
         saving.set_attributes(self, state)
 
+    def _streamer(self, feed: Feed) -> Streamer | None:
+        """Return the method's own part of a stream, for methods that are faster or remember more than a few rows.
+
+        Without one, a method that declares ``memory_rows`` is streamed by ``estimate`` on the rows around each row.
+        """
+        return None
+
     # ---- what users call --------------------------------------------------------------------------------------
 
     @final
@@ -170,6 +196,8 @@ class Compensator(ABC):
             self._require(recording)
         self.learn(training, context or FitContext())
         self.sensor_ = training.sensor
+        first = training.recordings[0]
+        self._fitted_on = Feed(first.rate_hz, first.blind(self.requires).names("input"))
         return self
 
     @final
@@ -193,15 +221,18 @@ class Compensator(ABC):
             msg = f"method {self.name} estimates the interference of a Recording, not of {type(recording).__name__}"
             raise RequestError(msg)
         self._require(recording)
-        visible = recording.blind(self.requires)
+        return self._estimate(recording.blind(self.requires))
+
+    def _estimate(self, visible: Recording) -> np.ndarray:
+        """Return the estimate for a blind copy, checked."""
         try:
             estimate = np.asarray(self.estimate(visible), dtype=float)
         except MissingColumnError as error:
             needs = ", ".join(self.requires) or "none"
             msg = f"method {self.name}: {error}; estimate is given the column families of requires alone: {needs}"
             raise RequestError(msg) from None
-        if estimate.shape != (len(recording),):
-            msg = f"method {self.name} returned shape {estimate.shape} for {len(recording)} rows"
+        if estimate.shape != (len(visible),):
+            msg = f"method {self.name} returned shape {estimate.shape} for {len(visible)} rows"
             raise DataError(msg)
         return estimate
 
@@ -211,6 +242,47 @@ class Compensator(ABC):
         self.check_fitted()
         require(recording, [columns.MAG.name(sensor=self.sensor_)])
         return recording[columns.MAG.name(sensor=self.sensor_)] - self.interference(recording)
+
+    @final
+    def stream(self, *, rate_hz: float | None = None, start_utc: str | None = None) -> Stream:
+        """Return a stream: one row in, one compensated row out, ``lookahead_rows`` later.
+
+        Parameters
+        ----------
+        rate_hz : float [Hz], optional
+            Rows a second; those of the training by default.
+        start_utc : str, optional
+            Instant of time 0, for methods that know the date.
+
+        Raises
+        ------
+        RequestError
+            If the method is not fitted, needs rows without limit, or does not declare how many.
+        """
+        self.check_fitted()
+        known = self._fitted_on
+        if rate_hz is None and known is not None:
+            rate_hz = known.rate_hz
+        if rate_hz is None or not 0.0 < rate_hz < float("inf"):
+            msg = f"method {self.name}: rate_hz is {rate_hz}; a stream needs the rows a second, a number above 0"
+            raise RequestError(msg)
+        streamer = self._made_streamer(Feed(rate_hz, () if known is None else known.columns, start_utc))
+        return Stream(streamer, reading=columns.MAG.name(sensor=self.sensor_), rate_hz=rate_hz)
+
+    def _made_streamer(self, feed: Feed) -> Streamer:
+        if self.lookahead_rows is None:
+            msg = f"method {self.name} needs rows that come later without limit (lookahead_rows is None): no stream"
+            raise RequestError(msg)
+        own = self._streamer(feed)
+        if own is not None:
+            return own
+        if self.memory_rows is None:
+            msg = (
+                f"method {self.name} does not declare how many rows before its own an estimate needs: it cannot be "
+                "streamed unless it sets memory_rows"
+            )
+            raise RequestError(msg)
+        return WindowedStreamer(self._estimate, feed, memory_rows=self.memory_rows, lookahead_rows=self.lookahead_rows)
 
     @property
     def is_fitted(self) -> bool:
@@ -294,6 +366,9 @@ class Compensator(ABC):
             "method": self.name,
             "params": self.get_params(),
             "sensor": self.sensor_,
+            "rows": None
+            if self._fitted_on is None
+            else {"rate_hz": self._fitted_on.rate_hz, "columns": list(self._fitted_on.columns)},
         }
         saving.write(Path(folder), settings, self.state(), force=force)
 
@@ -309,7 +384,10 @@ def restore(compensator: Compensator, folder: Path, settings: Mapping[str, Any])
     state = saving.read_state(folder, settings)
     try:
         compensator.set_state(state)
+        rows = settings.get("rows")
+        fitted_on = None if rows is None else Feed(float(rows["rate_hz"]), tuple(map(str, rows["columns"])))
     except (KeyError, ValueError, TypeError) as error:
         raise saving.unreadable(folder, error) from None
     compensator.sensor_ = settings["sensor"]
+    compensator._fitted_on = fitted_on
     return compensator

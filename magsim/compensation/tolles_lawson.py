@@ -16,6 +16,7 @@ from magsim.compensation.columns import Derivative, Terms, TollesLawsonColumns, 
 from magsim.compensation.linear import Band, LinearFit, LinearModel, Term, fit_linear
 from magsim.compensation.saving import State
 from magsim.compensation.solvers import SOLVERS
+from magsim.compensation.streaming import ConstantStreamer, Feed, LinearStreamer, Streamer, rows_of
 from magsim.compensation.targets import TARGETS, rows_to_fit
 from magsim.dataset import Training
 from magsim.recording import Recording
@@ -25,6 +26,7 @@ class Nothing(Compensator):
     """No compensation: the interference is taken for zero."""
 
     name = "none"
+    lookahead_rows = 0
 
     def learn(self, training: Training, context: FitContext) -> None:
         """Learn nothing."""
@@ -32,6 +34,9 @@ class Nothing(Compensator):
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return zeros, (n,)."""
         return np.zeros(len(recording))
+
+    def _streamer(self, feed: Feed) -> Streamer:
+        return ConstantStreamer(0.0)
 
 
 @dataclass(frozen=True)
@@ -142,9 +147,9 @@ class TollesLawson(Compensator):
         self.vertical = vertical
 
     @property
-    def causal(self) -> bool:  # type: ignore[override]
-        """Whether no later row is needed: a spline looks ahead, without end."""
-        return self.derivative == "central"
+    def lookahead_rows(self) -> int | None:  # type: ignore[override]
+        """One row for central differences, without limit for a spline; none without eddy terms."""
+        return TollesLawsonColumns(self.terms, "", self.derivative).lookahead_rows
 
     def learn(self, training: Training, context: FitContext) -> None:
         """Solve for the coefficients; see ``Compensator.learn``."""
@@ -157,6 +162,11 @@ class TollesLawson(Compensator):
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return columns times coefficients, (n,) [nT]; no warm-up."""
         return self._fit.estimate(self._columns(recording))
+
+    def _streamer(self, feed: Feed) -> Streamer | None:
+        """Return columns row by row, times coefficients; see ``Compensator``."""
+        rows = rows_of(self._columns, feed)
+        return None if rows is None else LinearStreamer(rows, self._fit.coefficients, self._fit.offset_nt)
 
     def _columns_of(self, recordings: Sequence[Recording]) -> TollesLawsonColumns:
         fluxgate = pick_fluxgate(recordings, self.fluxgate)

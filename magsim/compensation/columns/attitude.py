@@ -15,6 +15,8 @@ ANGLES = ("roll", "pitch", "heading")
 class AttitudeColumns:
     """Roll and pitch [rad], sine and cosine of the heading: an angle that wraps would jump."""
 
+    lookahead_rows = 0
+
     @property
     def reads(self) -> tuple[str, ...]:
         """The attitude of the INS."""

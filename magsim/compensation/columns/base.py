@@ -32,6 +32,10 @@ class ColumnSet(Protocol):
     def reads(self) -> tuple[str, ...]:
         """Patterns of the column families that are read."""
 
+    @property
+    def lookahead_rows(self) -> int | None:
+        """Rows after its own that the columns of a row need, within a piece; None without limit."""
+
     def __call__(self, recording: Recording) -> Design:
         """Return the columns of a recording.
 
@@ -59,6 +63,13 @@ class Joined:
     def reads(self) -> tuple[str, ...]:
         """Patterns of the column families that are read."""
         return tuple(dict.fromkeys(pattern for one in self.sets for pattern in one.reads))
+
+    @property
+    def lookahead_rows(self) -> int | None:
+        """Rows after its own that the columns of a row need: the most of all sets."""
+        found = [one.lookahead_rows for one in self.sets]
+        known = [rows for rows in found if rows is not None]
+        return max(known, default=0) if len(known) == len(found) else None
 
     def __call__(self, recording: Recording) -> Design:
         """Return all columns of a recording; see ``ColumnSet``."""

@@ -106,6 +106,13 @@ class TollesLawsonColumns:
         """The fluxgate."""
         return (columns.FLUX.pattern,)
 
+    @property
+    def lookahead_rows(self) -> int | None:
+        """One row for a central difference, none without eddy columns; a spline looks ahead without limit."""
+        if not TERMS[self.terms].eddy:
+            return 0
+        return 1 if self.derivative == "central" else None
+
     def __call__(self, recording: Recording) -> Design:
         """Return the columns of a recording; see ``ColumnSet``."""
         cosines, length = direction_cosines(recording, self.fluxgate)

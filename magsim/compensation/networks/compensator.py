@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from copy import deepcopy
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,7 +15,9 @@ from magsim.compensation.networks.residual import Fitted, check_rate, fit_residu
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import ResidualSettings
 from magsim.compensation.networks.stage import first_stage, network_columns
+from magsim.compensation.networks.streaming import network_streamer
 from magsim.compensation.saving import State
+from magsim.compensation.streaming import Feed, Streamer
 from magsim.dataset import Training
 from magsim.recording import Recording
 from magsim.training import Outcome, reproducible, seeded
@@ -53,9 +56,16 @@ class ResidualNetwork(Compensator):
         return network_columns(self.settings, fluxgate, strength_nt)
 
     @property
-    def causal(self) -> bool:  # type: ignore[override]
-        """Whether windows end at the output; overlapping ones look ahead."""
-        return self.settings.last
+    def is_windowed(self) -> bool:
+        """Whether an output depends on other rows of its window."""
+        return True
+
+    @property
+    def lookahead_rows(self) -> int | None:  # type: ignore[override]
+        """Those of the columns where windows end at the output; overlapping windows look ahead without limit."""
+        if self.is_windowed and not self.settings.last:
+            return None
+        return max(self._columns("", None).lookahead_rows or 0, first_stage(self.settings, None).lookahead_rows or 0)
 
     @property
     def warmup_s(self) -> float:  # type: ignore[override]
@@ -71,13 +81,20 @@ class ResidualNetwork(Compensator):
         )
 
     def estimate(self, recording: Recording) -> np.ndarray:
-        """Return first stage plus network, (n,) [nT]."""
+        """Return first stage plus network, (n,) [nT].
+
+        In double precision: rows by themselves give what rows in batches give, as a stream needs it.
+        """
         fitted = self._fitted
         check_rate(recording, fitted.rate_hz)
-        inputs = fitted.inputs(recording)
+        inputs = fitted.standardizer(fitted.columns(recording).matrix)
         with reproducible(self.settings.threads):
-            out = fitted.output(fitted.module, inputs, recording.time_s)
+            out = fitted.output(deepcopy(fitted.module).double(), inputs, recording.time_s)
         return fitted.stage.interference(recording) + fitted.mean + fitted.scale * out
+
+    def _streamer(self, feed: Feed) -> Streamer | None:
+        """Return stage and network row by row; see ``Compensator``."""
+        return network_streamer(self._fitted, feed, window=self.settings.window if self.is_windowed else 1)
 
     def state(self) -> State:
         """Return scales, first stage and weights; see ``Compensator.state``."""

@@ -171,9 +171,9 @@ class BPCompensator(ResidualNetwork):
     }
 
     @property
-    def causal(self) -> bool:  # type: ignore[override]
-        """True: a sample knows no other, and a window ends at its output."""
-        return True
+    def is_windowed(self) -> bool:
+        """False for single samples: they know no other."""
+        return self.settings.last
 
     def make_module(self, channels: int) -> nn.Module:
         """Return a perceptron of these sizes."""

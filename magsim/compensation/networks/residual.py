@@ -153,11 +153,18 @@ def check_rate(recording: Recording, rate_hz: float) -> None:
     ------
     DataError
     """
-    if abs(recording.rate_hz / rate_hz - 1.0) > 0.01:
-        msg = (
-            f"recording {recording.name!r} has {recording.rate_hz:g} rows a second; "
-            f"the network learned from {rate_hz:g}"
-        )
+    check_rate_hz(f"recording {recording.name!r}", recording.rate_hz, rate_hz)
+
+
+def check_rate_hz(what: str, found_hz: float, rate_hz: float) -> None:
+    """Refuse another rate than that of the training rows.
+
+    Raises
+    ------
+    DataError
+    """
+    if abs(found_hz / rate_hz - 1.0) > 0.01:
+        msg = f"{what} has {found_hz:g} rows a second; the network learned from {rate_hz:g}"
         raise DataError(msg)
 
 

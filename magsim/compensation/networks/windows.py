@@ -20,7 +20,8 @@ def apply_network(
     ----------
     module : nn.Module
         Maps windows (b, c, window) to (b, window), or to (b, 1) with ``last``.
-    inputs : (n, c) float32
+    inputs : (n, c)
+        Of the precision of the network.
     time_s : (n,) [s]
     window, stride : int
         Rows of a window, and between windows that overlap.
