@@ -12,7 +12,8 @@ import numpy as np
 
 from magsim import columns, signals
 from magsim.compensation.columns import ColumnSet, Design, Joined, PositionColumns, position_columns
-from magsim.compensation.solvers import Solver
+from magsim.compensation.field_prior import sizes_of_terms, solve_with_prior
+from magsim.compensation.solvers import Solution, Solver
 from magsim.compensation.targets import Target, interference
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
@@ -132,7 +133,7 @@ def fit_linear(model: LinearModel, recordings: Sequence[Recording], sensor: str)
     targets = [model.target.values(recording, sensor) for recording in recordings]
     read = [recording.reads(sensor) for recording in recordings]
     field = position_columns(recordings, model.order, vertical=model.vertical)
-    solution = model.solve(*_equations(model, _Rows(recordings, designs, field, targets, read)))
+    solution = _solve(model, _Rows(recordings, designs, field, targets, read))
     terms = designs[0].matrix.shape[1]
     coefficients = solution.coefficients[:terms]
     values = (solution.coefficients[terms:] / field.scale).tolist()
@@ -159,6 +160,19 @@ class _Rows(NamedTuple):
     targets: Sequence[np.ndarray]
     read: Sequence[np.ndarray]
     """Rows with a reading."""
+
+
+def _solve(model: LinearModel, rows: _Rows) -> Solution:
+    """Solve, with the horizontal terms of the field held to the size that the slow course of the reading shows."""
+    matrix, target = _equations(model, rows)
+    horizontal = rows.field.horizontal >= 0
+    if not horizontal.any():
+        return model.solve(matrix, target)
+    terms = matrix.shape[1] - len(horizontal)
+    platform = np.full(terms, np.inf)
+    without = model.solve(matrix[:, np.concatenate([platform > 0.0, ~horizontal])], target)
+    sizes = sizes_of_terms(rows.field, rows.designs, rows.targets, without.coefficients[:terms])
+    return solve_with_prior(model.solve, matrix, target, np.concatenate([platform, sizes]), rows.recordings[0].rate_hz)
 
 
 def _equations(model: LinearModel, rows: _Rows) -> tuple[np.ndarray, np.ndarray]:

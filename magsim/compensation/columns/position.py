@@ -43,11 +43,14 @@ class PositionColumns(NamedTuple):
     scale : (c,)
         What a coefficient is divided by to be physical: powers of the half extents.
     areas : tuple of FlownArea
+    horizontal : (c,) int
+        Number of the place that a column of the horizontal field belongs to, from 0; -1 for the height.
     """
 
     designs: list[Design]
     scale: np.ndarray
     areas: tuple[FlownArea, ...]
+    horizontal: np.ndarray
 
 
 def powers(order: int) -> list[tuple[int, int]]:
@@ -80,7 +83,7 @@ def position_columns(recordings: Sequence[Recording], order: int, *, vertical: b
     exponents = [(*pair, 0) for pair in powers(order)] + [(0, 0, 1)] * vertical
     if not exponents:
         empty = [Design((), (), np.zeros((len(recording), 0))) for recording in recordings]
-        return PositionColumns(empty, np.zeros(0), ())
+        return PositionColumns(empty, np.zeros(0), (), np.zeros(0, dtype=int))
     where = [_position(recording, order, vertical=vertical) for recording in recordings]
     groups = _groups(where)
     areas = tuple(_area([where[i] for i in group]) for group in groups)
@@ -98,7 +101,8 @@ def position_columns(recordings: Sequence[Recording], order: int, *, vertical: b
         for column, exponent in enumerate(exponents, start=number * len(exponents)):
             matrix[:, column] = np.prod(scaled**exponent, axis=1)
         designs.append(Design(tuple(names), tuple(units), matrix))
-    return PositionColumns(designs, np.array(scale), areas)
+    horizontal = [-1 if height else place for place in range(len(areas)) for *_, height in exponents]
+    return PositionColumns(designs, np.array(scale), areas, np.array(horizontal))
 
 
 def _position(recording: Recording, order: int, *, vertical: bool) -> np.ndarray:

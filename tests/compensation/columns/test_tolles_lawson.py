@@ -8,6 +8,7 @@ import pytest
 from magsim.compensation.columns import TollesLawsonColumns
 from magsim.compensation.columns.tolles_lawson import term_names, term_units, tolles_lawson_columns
 from magsim.errors import DataError, RequestError
+from magsim.signals import in_band
 from tests.support.worlds import VECTOR, calibration
 
 MARKS = ("u1", "u2", "u3")
@@ -64,18 +65,37 @@ def test_columns_of_other_numbers_by_their_names(terms, names):
 
 def test_eighteen_columns_add_the_two_that_follow_from_the_others():
     r = calibration(VECTOR)
-    sixteen, eighteen = TollesLawsonColumns(16, "cabin")(r), TollesLawsonColumns(18, "cabin")(r)
+    sixteen, eighteen = (TollesLawsonColumns(terms, "cabin", strength_nt=45000.0)(r) for terms in (16, 18))
     extra = [name for name in eighteen.names if name not in sixteen.names]
     assert extra == ["B u2 u2", "B u2 u2'"]
     column = dict(zip(eighteen.names, eighteen.matrix.T, strict=True))
     for name, values in zip(sixteen.names, sixteen.matrix.T, strict=True):
         np.testing.assert_array_equal(column[name], values)
-    strength = np.linalg.norm(flux(r), axis=1)
     squares = column["B u1 u1"] + column["B u2 u2"] + column["B u3 u3"]
-    np.testing.assert_allclose(squares, strength, rtol=1e-12)
+    np.testing.assert_allclose(squares, 45000.0, rtol=1e-12)
     slopes = column["B u1 u1'"] + column["B u2 u2'"] + column["B u3 u3'"]
     # not zero, since differences do not obey the product rule
     assert np.abs(slopes).max() < 0.02 * np.abs(column["B u1 u1'"]).max()
+
+
+@pytest.mark.parametrize("terms", [9, 18])
+def test_row_by_row_no_sum_of_columns_is_the_length_of_the_reading(terms):
+    """The diagonal columns lose a third of it each, whatever they are called; all others are as published."""
+    r = calibration(VECTOR)
+    made = TollesLawsonColumns(terms, "cabin")(r)
+    b = np.linalg.norm(flux(r), axis=1)
+    u = flux(r) / b[:, None]
+    plain = tolles_lawson_columns(u, np.gradient(u, 0.1, axis=0), b, terms)
+    diagonal = [term_names(terms).index(f"B u{i} u{i}") for i in (1, 2, 3)]
+    for i, column in enumerate(diagonal):
+        np.testing.assert_allclose(made.matrix[:, column], b * (u[:, i] ** 2 - 1.0 / 3.0), atol=1e-9 * b.max())
+        assert made.names[column] == f"B (u{i + 1} u{i + 1} - 1/3)"
+    others = [c for c in range(terms) if c not in diagonal]
+    np.testing.assert_allclose(made.matrix[:, others], plain[:, others], rtol=1e-9, atol=1e-8)
+    table = in_band(np.column_stack([made.matrix, b]), r.time_s)
+    scaled = table / table.std(axis=0)
+    left = scaled[:, -1] - scaled[:, :-1] @ np.linalg.lstsq(scaled[:, :-1], scaled[:, -1], rcond=1e-9)[0]
+    assert left.std() > 1e-3
 
 
 def test_constant_strength_replaces_the_length():
