@@ -84,6 +84,8 @@ class TollesLawsonRows:
         self._vectors = vectors
         self._induced, self._eddy = TERMS[terms]
         self._strength_nt = strength_nt
+        traceless = strength_nt is None and (1, 1) in self._induced
+        self._trace = [1.0 / 3.0 if traceless and i == j else 0.0 for i, j in self._induced]
         self._rate_hz = rate_hz
         self.columns = vectors.columns
         self.lookahead_rows = vectors.lookahead_rows + (1 if self._eddy else 0)
@@ -127,9 +129,10 @@ class TollesLawsonRows:
     def _row(self, unit: Vector, length: float, rate: Vector) -> np.ndarray:
         strength = length if self._strength_nt is None else self._strength_nt
         field = (strength * unit[0], strength * unit[1], strength * unit[2])
-        return np.array(
-            [*unit, *(field[i] * unit[j] for i, j in self._induced), *(field[i] * rate[j] for i, j in self._eddy)]
-        )
+        induced = [
+            field[i] * unit[j] - third * length for (i, j), third in zip(self._induced, self._trace, strict=True)
+        ]
+        return np.array([*unit, *induced, *(field[i] * rate[j] for i, j in self._eddy)])
 
 
 class AttitudeRows:
