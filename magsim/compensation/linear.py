@@ -5,7 +5,7 @@ since a linear filter commutes with them.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -14,12 +14,15 @@ from magsim import columns, signals
 from magsim.compensation.columns import ColumnSet, Design, Joined, PositionColumns, position_columns
 from magsim.compensation.field_prior import sizes_of_terms, solve_with_prior
 from magsim.compensation.solvers import Solution, Solver
-from magsim.compensation.targets import Target, interference
+from magsim.compensation.targets import Pairs, Target, interference, weight_of_pairs
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 from magsim.signals import in_band, spans
 
 Band = Literal["in", "broad"]
+
+Equations = tuple[np.ndarray, np.ndarray]
+"""Columns (n, c) and target (n,)."""
 
 ROWS_PER_TERM = 10
 """Fewest rows for each coefficient that a fit accepts."""
@@ -67,8 +70,11 @@ class LinearModel:
         """
         if self.band == "in":
             return
-        if self.target.measured:
-            msg = "target 'measured' needs band 'in': the unfiltered reading is nearly all Earth's field"
+        if not self.target.broadband:
+            msg = (
+                f"target {self.target.name!r} needs band 'in': unfiltered, what is left of the Earth's field would be "
+                "taken for interference"
+            )
             raise RequestError(msg)
         if self.order or self.vertical:
             msg = "order and vertical need band 'in': unfiltered, the gradient columns would take what is slow"
@@ -133,7 +139,8 @@ def fit_linear(model: LinearModel, recordings: Sequence[Recording], sensor: str)
     targets = [model.target.values(recording, sensor) for recording in recordings]
     read = [recording.reads(sensor) for recording in recordings]
     field = position_columns(recordings, model.order, vertical=model.vertical)
-    solution = _solve(model, _Rows(recordings, designs, field, targets, read))
+    rows = _Rows(recordings, designs, field, targets, read)
+    solution = _solve(model, rows, model.target.pairs(recordings, sensor))
     terms = designs[0].matrix.shape[1]
     coefficients = solution.coefficients[:terms]
     values = (solution.coefficients[terms:] / field.scale).tolist()
@@ -142,7 +149,7 @@ def fit_linear(model: LinearModel, recordings: Sequence[Recording], sensor: str)
         designs[0].names,
         designs[0].units,
         coefficients,
-        _offset(recordings, designs, coefficients, sensor),
+        _offset(model, rows, coefficients, sensor),
         tuple(Term(*row) for row in zip(beside.names, values, beside.units, strict=True)),
         tuple((area.lat_deg, area.lon_deg) for area in field.areas if model.order),
         solution.weight,
@@ -162,9 +169,19 @@ class _Rows(NamedTuple):
     """Rows with a reading."""
 
 
-def _solve(model: LinearModel, rows: _Rows) -> Solution:
+def _solve(model: LinearModel, rows: _Rows, pairs: Pairs | None) -> Solution:
+    """Solve the equations in band and those of pairs of rows; the residual is that of the rows in band."""
+    band = _equations(model, rows)
+    if pairs is None:
+        return _with_prior(model, rows, band)
+    found = _with_prior(model, rows, _with_pairs(band, rows, pairs))
+    left = band[1] - np.einsum("nc,c->n", band[0], found.coefficients)
+    return replace(found, residual_std=float(np.sqrt(np.mean(left**2))))
+
+
+def _with_prior(model: LinearModel, rows: _Rows, equations: Equations) -> Solution:
     """Solve, with the horizontal terms of the field held to the size that the slow course of the reading shows."""
-    matrix, target = _equations(model, rows)
+    matrix, target = equations
     horizontal = rows.field.horizontal >= 0
     if not horizontal.any():
         return model.solve(matrix, target)
@@ -175,7 +192,7 @@ def _solve(model: LinearModel, rows: _Rows) -> Solution:
     return solve_with_prior(model.solve, matrix, target, np.concatenate([platform, sizes]), rows.recordings[0].rate_hz)
 
 
-def _equations(model: LinearModel, rows: _Rows) -> tuple[np.ndarray, np.ndarray]:
+def _equations(model: LinearModel, rows: _Rows) -> Equations:
     """Return columns and target over the rows with a reading: filtered and cropped, or centered.
 
     The columns of the platform come first, then those of the position.
@@ -198,6 +215,14 @@ def _equations(model: LinearModel, rows: _Rows) -> tuple[np.ndarray, np.ndarray]
     return filtered[:, :-1], filtered[:, -1]
 
 
+def _with_pairs(band: Equations, rows: _Rows, pairs: Pairs) -> Equations:
+    """Return the equations in band with those of pairs of rows at one place below them, weighted."""
+    designs = [np.hstack([d.matrix, f.matrix]) for d, f in zip(rows.designs, rows.field.designs, strict=True)]
+    apart, wanted = pairs.differences(designs), pairs.target(rows.targets)
+    weight = weight_of_pairs(pairs, band, (apart, wanted))
+    return np.concatenate([band[0], weight * apart]), np.concatenate([band[1], weight * wanted])
+
+
 def _check_length(model: LinearModel, matrix: np.ndarray, recordings: Sequence[Recording]) -> None:
     rows, needed = len(matrix), ROWS_PER_TERM * matrix.shape[1]
     if rows < needed:
@@ -210,13 +235,20 @@ def _check_length(model: LinearModel, matrix: np.ndarray, recordings: Sequence[R
         raise DataError(msg)
 
 
-def _offset(recordings: Sequence[Recording], designs: Sequence[Design], coefficients: np.ndarray, sensor: str) -> float:
-    """Return the mean of the labels that the coefficients leave, over the rows with a reading; 0 without labels."""
+def _offset(model: LinearModel, rows: _Rows, coefficients: np.ndarray, sensor: str) -> float:
+    """Return the mean that the coefficients leave, over the rows with a reading.
+
+    Of the labels where there are any, else of the target where its mean was fitted, else 0.
+    """
     name = columns.INTERFERENCE.name(sensor=sensor)
-    if any(name not in recording for recording in recordings):
+    if all(name in recording for recording in rows.recordings):
+        values: Sequence[np.ndarray] = [interference(recording, sensor) for recording in rows.recordings]
+    elif model.band == "broad":
+        values = rows.targets
+    else:
         return 0.0
     rest = [
-        (interference(recording, sensor) - np.einsum("nc,c->n", d.matrix, coefficients))[recording.reads(sensor)]
-        for recording, d in zip(recordings, designs, strict=True)
+        (value - np.einsum("nc,c->n", design.matrix, coefficients))[read]
+        for value, design, read in zip(values, rows.designs, rows.read, strict=True)
     ]
     return float(np.concatenate(rest).mean())

@@ -17,9 +17,11 @@ from magsim.compensation.linear import Band, LinearFit, LinearModel, Term, fit_l
 from magsim.compensation.saving import State
 from magsim.compensation.solvers import SOLVERS
 from magsim.compensation.streaming import ConstantStreamer, Feed, LinearStreamer, Streamer, rows_of
-from magsim.compensation.targets import TARGETS, rows_to_fit
+from magsim.compensation.targets import TargetName, rows_to_fit, target_of
 from magsim.dataset import Training
 from magsim.recording import Recording
+
+Positive = Annotated[float | None, Field(gt=0.0)]
 
 
 class Nothing(Compensator):
@@ -91,14 +93,16 @@ class TollesLawson(Compensator):
     ----------
     terms : {3, 8, 9, 16, 18}
         3 permanent; 5 or 6 induced; 8 or 9 eddy. 9 and 18 keep columns that follow from the others.
-    target : {"interference", "measured"}
-        The label, or the band-passed scalar reading (self-supervised: what of the clean field lies in the band leaks
-        into the coefficients). With ``measured`` the constant is still that of the labels where there are any.
+    target : {"interference", "measured", "model", "map", "crossings", "reference"}
+        The label; or, without labels, the scalar reading as it is, minus the model of the main field, minus that and a
+        map, the same with equations of lines that cross, or minus another magnetometer. What of the clean field is left
+        in the band leaks into the coefficients (``docs/targets.md``). The constant is that of the labels where there
+        are any.
     solver : {"ridge", "least_squares", "truncated_svd"}
         Ridge and truncation are chosen by generalized cross-validation.
     band : {"in", "broad"}
         Fit in 0.1 to 0.6 Hz; or on unfiltered rows with a constant, which gives a worse score in band and a better
-        one broadband. ``measured`` needs ``in``.
+        one broadband. ``measured`` and ``crossings`` need ``in``.
     fluxgate : str, optional
         The first one of the first recording if not given.
     scale : {"constant", "sample"}
@@ -112,6 +116,8 @@ class TollesLawson(Compensator):
         (paper 002): 2, 5, 9, 14 columns. They are signal and never subtracted; ``learn`` alone reads the position.
     vertical : bool
         Fit the vertical gradient beside the terms: one column, the height. It and ``order`` need band ``in``.
+    map, map_height_m, crossing_m, crossing_height_m, reference, reference_model
+        Of the targets of these names; see ``targets.choice.Targeted``.
 
     Attributes
     ----------
@@ -127,7 +133,7 @@ class TollesLawson(Compensator):
         self,
         *,
         terms: Terms = 16,
-        target: Literal["interference", "measured"] = "interference",
+        target: TargetName = "interference",
         solver: Literal["ridge", "least_squares", "truncated_svd"] = "ridge",
         band: Band = "in",
         fluxgate: str | None = None,
@@ -135,6 +141,12 @@ class TollesLawson(Compensator):
         derivative: Derivative = "central",
         order: Annotated[int, Field(ge=0, le=4)] = 0,
         vertical: bool = False,
+        map: str | None = None,
+        map_height_m: float | None = None,
+        crossing_m: Positive = None,
+        crossing_height_m: Positive = None,
+        reference: str | None = None,
+        reference_model: str | None = None,
     ) -> None:
         self.terms = terms
         self.target = target
@@ -145,6 +157,12 @@ class TollesLawson(Compensator):
         self.derivative = derivative
         self.order = order
         self.vertical = vertical
+        self.map = map
+        self.map_height_m = map_height_m
+        self.crossing_m = crossing_m
+        self.crossing_height_m = crossing_height_m
+        self.reference = reference
+        self.reference_model = reference_model
 
     @property
     def lookahead_rows(self) -> int | None:  # type: ignore[override]
@@ -153,8 +171,8 @@ class TollesLawson(Compensator):
 
     def learn(self, training: Training, context: FitContext) -> None:
         """Solve for the coefficients; see ``Compensator.learn``."""
-        target = TARGETS[self.target]
-        recordings = rows_to_fit(target, training)
+        target = target_of(self)
+        recordings = rows_to_fit(target, training, self.name)
         self._columns = self._columns_of(recordings)
         model = LinearModel(self._columns, target, SOLVERS[self.solver], self.band, self.order, self.vertical)
         self._fit = fit_linear(model, recordings, training.sensor)

@@ -2,6 +2,7 @@
 
 from magsim.earth.igrf import decimal_year, decimal_years, igrf
 from magsim.earth.local import LocalFrame
+from magsim.earth.raster import Raster
 from magsim.earth.utm import utm, utm_zone
 from magsim.earth.wgs84 import (
     ecef_from_geodetic,
@@ -14,6 +15,7 @@ from magsim.earth.wgs84 import (
 
 __all__ = [
     "LocalFrame",
+    "Raster",
     "decimal_year",
     "decimal_years",
     "ecef_from_geodetic",

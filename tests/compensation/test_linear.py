@@ -9,7 +9,7 @@ from magsim import signals
 from magsim.compensation.columns import TollesLawsonColumns
 from magsim.compensation.linear import Band, LinearFit, LinearModel, fit_linear
 from magsim.compensation.solvers import SOLVERS
-from magsim.compensation.targets import TARGETS
+from magsim.compensation.targets import Label, Reading
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 from tests.support.birds import COEFFICIENTS, PAIRS, VERTICAL_NT_M, bird, moved, off_nt, terms
@@ -27,7 +27,9 @@ def fit(
     band: Band = "in",
     columns: TollesLawsonColumns = COLUMNS,
 ) -> LinearFit:
-    model = LinearModel(columns, TARGETS[target], SOLVERS[solver], band, order, vertical)
+    model = LinearModel(
+        columns, {"interference": Label(), "measured": Reading()}[target], SOLVERS[solver], band, order, vertical
+    )
     return fit_linear(model, [recording.labeled() for recording in recordings], "cabin")
 
 

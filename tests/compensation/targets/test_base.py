@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.compensation.targets import TARGETS, reading_rows, rows_to_fit
+from magsim.compensation.targets import Label, Reading, reading_rows, rows_to_fit
 from magsim.dataset import training_rows
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
@@ -20,33 +20,34 @@ def recording(name="r", **columns):
 
 def test_targets_are_the_label_and_the_reading():
     r = recording()
-    np.testing.assert_array_equal(TARGETS["interference"].values(r, "cabin"), DATA["interference_cabin_nt"])
-    np.testing.assert_array_equal(TARGETS["measured"].values(r, "wing"), DATA["mag_wing_nt"])
-    assert {name: target.measured for name, target in TARGETS.items()} == {"interference": False, "measured": True}
+    np.testing.assert_array_equal(Label().values(r, "cabin"), DATA["interference_cabin_nt"])
+    np.testing.assert_array_equal(Reading().values(r, "wing"), DATA["mag_wing_nt"])
+    assert not Label().measured
+    assert Reading().measured
 
 
-def test_missing_labels_name_the_methods_that_need_none():
-    with pytest.raises(RequestError, match=r"'r' has no label 'interference_wing_nt': .*\(tl16_measured, tl18_mea"):
-        TARGETS["interference"].values(recording(), "wing")
+def test_missing_labels_name_the_targets_that_need_none():
+    with pytest.raises(RequestError, match=r"'r' has no label 'interference_wing_nt': .*'crossings' or 'reference'"):
+        Label().values(recording(), "wing")
 
 
 @pytest.mark.parametrize(
     ("target", "column", "text"),
-    [("interference", "interference_cabin_nt", "interference_cabin_nt"), ("measured", "mag_cabin_nt", "scalar .*cab")],
+    [(Label(), "interference_cabin_nt", "interference_cabin_nt"), (Reading(), "mag_cabin_nt", "scalar .*cab")],
 )
 def test_values_that_are_not_finite_are_refused_with_their_time(target, column, text):
     broken = DATA[column].copy()
     broken[12] = np.nan
     with pytest.raises(DataError, match=rf"recording 'r': {text}.* is not finite at 1\.2 s"):
-        TARGETS[target].values(recording(**{column: broken}), "cabin")
+        target.values(recording(**{column: broken}), "cabin")
 
 
 def test_only_a_fit_to_the_reading_cuts_dropouts():
     valid = np.where((TIME_S > 1.05) & (TIME_S < 1.55), 0.0, 1.0)
     training = training_rows([recording(mag_cabin_valid=valid)], "cabin")
-    (whole,) = rows_to_fit(TARGETS["interference"], training)
+    (whole,) = rows_to_fit(Label(), training, "tl16")
     assert whole is training.recordings[0]
-    (cut,) = rows_to_fit(TARGETS["measured"], training)
+    (cut,) = rows_to_fit(Reading(), training, "tl16")
     np.testing.assert_array_equal(cut.time_s, TIME_S[valid == 1.0])
     assert [len(piece) for piece in cut.pieces()] == [11, 24]
 
