@@ -1,6 +1,6 @@
 """The contract of every compensator: fit on labeled rows, estimate the interference of blind ones."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from magsim import __version__, columns
 from magsim.compensation import saving
 from magsim.compensation.columns import require
+from magsim.compensation.explained import Explained
 from magsim.compensation.parameters import check_parameters, parameters_of, settings_model
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Stream, Streamer, WindowedStreamer
@@ -44,7 +45,7 @@ class FitContext:
             raise RequestError(msg)
 
 
-class Compensator(ABC):
+class Compensator(Explained):
     """A method that learns the interference of an aircraft and estimates it from other instruments.
 
     A method of your own is a subclass with two functions: ``learn`` and ``estimate``. The manners are those of

@@ -57,7 +57,8 @@ def solve_with_prior(
     rows[np.arange(len(held)), held] = free.residual_std * np.sqrt(rows_as_one(rate_hz)) / sizes[held]
     found = solve(np.vstack([matrix, rows]), np.concatenate([target, np.zeros(len(held))]))
     rest = target - np.einsum("nc,c->n", matrix, found.coefficients)
-    return replace(found, residual_std=float(np.sqrt(np.mean(rest**2))))
+    prior = np.where(np.isfinite(sizes), sizes, found.prior)
+    return replace(found, residual_std=float(np.sqrt(np.mean(rest**2))), prior=prior)
 
 
 def sizes_of_terms(

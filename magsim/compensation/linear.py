@@ -12,28 +12,22 @@ import numpy as np
 
 from magsim import columns, signals
 from magsim.compensation.columns import ColumnSet, Design, Joined, PositionColumns, position_columns
+from magsim.compensation.covariance import CoefficientSpread, runs_of, spread_of
 from magsim.compensation.field_prior import sizes_of_terms, solve_with_prior
 from magsim.compensation.solvers import Solution, Solver
 from magsim.compensation.targets import Pairs, Target, interference, weight_of_pairs
+from magsim.compensation.terms import Term
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 from magsim.signals import in_band, spans
 
 Band = Literal["in", "broad"]
 
-Equations = tuple[np.ndarray, np.ndarray]
-"""Columns (n, c) and target (n,)."""
+OFFSET = "offset"
+"""Name and group of the constant."""
 
 ROWS_PER_TERM = 10
 """Fewest rows for each coefficient that a fit accepts."""
-
-
-class Term(NamedTuple):
-    """One coefficient of a fitted model."""
-
-    name: str
-    value: float
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -87,9 +81,13 @@ class LinearFit:
 
     Attributes
     ----------
-    names, units : tuple of str
+    names, units, groups : tuple of str
         Of the columns and of their coefficients.
     coefficients : (c,)
+    covariance : (c, c)
+        Of the coefficients; see ``magsim.compensation.covariance``.
+    effective_rows : float
+        Independent rows that would tell as much as the correlated ones do.
     offset_nt : float [nT]
         Constant that the coefficients do not hold.
     gradient : tuple of Term
@@ -102,7 +100,10 @@ class LinearFit:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
+    groups: tuple[str, ...]
     coefficients: np.ndarray
+    covariance: np.ndarray
+    effective_rows: float
     offset_nt: float
     gradient: tuple[Term, ...]
     origins_deg: tuple[tuple[float, float], ...]
@@ -113,6 +114,28 @@ class LinearFit:
     def estimate(self, design: Design) -> np.ndarray:
         """Return columns times coefficients with the constant, (n,) [nT]."""
         return np.einsum("nc,c->n", design.matrix, self.coefficients) + self.offset_nt
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Coefficients with their standard errors, then the constant."""
+        errors = np.sqrt(np.diag(self.covariance)).tolist()
+        rows = zip(self.names, self.coefficients.tolist(), self.units, errors, self.groups, strict=True)
+        return (*(Term(*row) for row in rows), Term(OFFSET, self.offset_nt, "nT", None, OFFSET))
+
+    def shares(self, design: Design) -> dict[str, np.ndarray]:
+        """Return the estimate by group, (n,) [nT] each; the constant is a group of its own."""
+        out: dict[str, np.ndarray] = {}
+        for group in dict.fromkeys(self.groups):
+            mine = np.array([other == group for other in self.groups])
+            out[group] = np.einsum("nc,c->n", design.matrix[:, mine], self.coefficients[mine])
+        return {**out, OFFSET: np.full(len(design.matrix), self.offset_nt)}
+
+    def uncertainty(self, design: Design, time_s: np.ndarray) -> np.ndarray:
+        """Return the standard error of the estimate in band, from the covariance of the coefficients, (n,) [nT]."""
+        rate_hz = 1.0 / signals.median_step(time_s)
+        band = np.concatenate([signals.band_pass(design.matrix[span], rate_hz) for span in spans(time_s)])
+        variance = np.einsum("ni,ij,nj->n", band, self.covariance, band, optimize=False)
+        return np.sqrt(np.maximum(variance, 0.0))
 
 
 def fit_linear(model: LinearModel, recordings: Sequence[Recording], sensor: str) -> LinearFit:
@@ -140,17 +163,21 @@ def fit_linear(model: LinearModel, recordings: Sequence[Recording], sensor: str)
     read = [recording.reads(sensor) for recording in recordings]
     field = position_columns(recordings, model.order, vertical=model.vertical)
     rows = _Rows(recordings, designs, field, targets, read)
-    solution = _solve(model, rows, model.target.pairs(recordings, sensor))
+    solution, spread = _solve(model, rows, model.target.pairs(recordings, sensor))
     terms = designs[0].matrix.shape[1]
     coefficients = solution.coefficients[:terms]
     values = (solution.coefficients[terms:] / field.scale).tolist()
+    errors = (np.sqrt(np.diag(spread.covariance)[terms:]) / field.scale).tolist()
     beside = field.designs[0]
     return LinearFit(
         designs[0].names,
         designs[0].units,
+        designs[0].groups,
         coefficients,
+        spread.covariance[:terms, :terms],
+        spread.effective_rows,
         _offset(model, rows, coefficients, sensor),
-        tuple(Term(*row) for row in zip(beside.names, values, beside.units, strict=True)),
+        tuple(Term(*row, "gradient") for row in zip(beside.names, values, beside.units, errors, strict=True)),
         tuple((area.lat_deg, area.lon_deg) for area in field.areas if model.order),
         solution.weight,
         solution.condition,
@@ -169,19 +196,32 @@ class _Rows(NamedTuple):
     """Rows with a reading."""
 
 
-def _solve(model: LinearModel, rows: _Rows, pairs: Pairs | None) -> Solution:
+class Equations(NamedTuple):
+    """What a solver gets."""
+
+    matrix: np.ndarray
+    """(n, c)"""
+    target: np.ndarray
+    """(n,)"""
+    runs: list[slice]
+    """Rows without a gap, whose noise is correlated."""
+
+
+def _solve(model: LinearModel, rows: _Rows, pairs: Pairs | None) -> tuple[Solution, CoefficientSpread]:
     """Solve the equations in band and those of pairs of rows; the residual is that of the rows in band."""
     band = _equations(model, rows)
+    equations = band if pairs is None else _with_pairs(band, rows, pairs)
+    found = _with_prior(model, rows, equations)
+    spread = spread_of(found, *equations, rows.recordings[0].rate_hz)
     if pairs is None:
-        return _with_prior(model, rows, band)
-    found = _with_prior(model, rows, _with_pairs(band, rows, pairs))
-    left = band[1] - np.einsum("nc,c->n", band[0], found.coefficients)
-    return replace(found, residual_std=float(np.sqrt(np.mean(left**2))))
+        return found, spread
+    left = band.target - np.einsum("nc,c->n", band.matrix, found.coefficients)
+    return replace(found, residual_std=float(np.sqrt(np.mean(left**2)))), spread
 
 
 def _with_prior(model: LinearModel, rows: _Rows, equations: Equations) -> Solution:
     """Solve, with the horizontal terms of the field held to the size that the slow course of the reading shows."""
-    matrix, target = equations
+    matrix, target, _ = equations
     horizontal = rows.field.horizontal >= 0
     if not horizontal.any():
         return model.solve(matrix, target)
@@ -197,30 +237,31 @@ def _equations(model: LinearModel, rows: _Rows) -> Equations:
 
     The columns of the platform come first, then those of the position.
     """
+    pairs = list(zip(rows.recordings, rows.read, strict=True))
     if model.band == "broad":
         matrix = np.concatenate([d.matrix[read] for d, read in zip(rows.designs, rows.read, strict=True)])
         target = np.concatenate([values[read] for values, read in zip(rows.targets, rows.read, strict=True)])
         _check_length(model, matrix, rows.recordings)
-        return matrix - matrix.mean(axis=0), target - target.mean()
+        runs = runs_of([recording.time_s[read] for recording, read in pairs])
+        return Equations(matrix - matrix.mean(axis=0), target - target.mean(), runs)
     tables = [
         np.column_stack([d.matrix, beside.matrix, target])
         for d, beside, target in zip(rows.designs, rows.field.designs, rows.targets, strict=True)
     ]
-    parts = [
-        in_band(table, recording.time_s, read)
-        for recording, table, read in zip(rows.recordings, tables, rows.read, strict=True)
-    ]
+    parts = [in_band(table, recording.time_s, read) for (recording, read), table in zip(pairs, tables, strict=True)]
     filtered = parts[0] if len(parts) == 1 else np.concatenate(parts)
     _check_length(model, filtered[:, :-1], rows.recordings)
-    return filtered[:, :-1], filtered[:, -1]
+    runs = runs_of([recording.time_s[signals.in_band_rows(recording.time_s, read)] for recording, read in pairs])
+    return Equations(filtered[:, :-1], filtered[:, -1], runs)
 
 
 def _with_pairs(band: Equations, rows: _Rows, pairs: Pairs) -> Equations:
     """Return the equations in band with those of pairs of rows at one place below them, weighted."""
     designs = [np.hstack([d.matrix, f.matrix]) for d, f in zip(rows.designs, rows.field.designs, strict=True)]
     apart, wanted = pairs.differences(designs), pairs.target(rows.targets)
-    weight = weight_of_pairs(pairs, band, (apart, wanted))
-    return np.concatenate([band[0], weight * apart]), np.concatenate([band[1], weight * wanted])
+    weight = weight_of_pairs(pairs, band[:2], (apart, wanted))
+    matrix, target = np.concatenate([band.matrix, weight * apart]), np.concatenate([band.target, weight * wanted])
+    return Equations(matrix, target, [*band.runs, slice(len(band.target), len(target))])
 
 
 def _check_length(model: LinearModel, matrix: np.ndarray, recordings: Sequence[Recording]) -> None:

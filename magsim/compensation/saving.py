@@ -19,7 +19,7 @@ SETTINGS, ARRAYS, WEIGHTS = "compensator.json", "arrays.npz", "weights.safetenso
 
 FILES = (SETTINGS, ARRAYS, WEIGHTS)
 
-FORMAT = 1
+FORMAT = 2
 """Version of the files."""
 
 

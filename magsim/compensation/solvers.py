@@ -30,12 +30,19 @@ class Solution:
         Ratio of the largest to the smallest singular value of the scaled columns; infinite where the smallest is 0.
     residual_std : float
         Root of the mean squared residual, in the unit of the target.
+    gain : (c, c)
+        G of the estimate G X^T y, for the columns X as they were given.
+    prior : (c,)
+        Size of a coefficient that the fit would not notice: as large in the target as those that were found are in the
+        root of the mean square. Errors of what ridge or truncation shrinks are taken from it.
     """
 
     coefficients: np.ndarray
     weight: float
     condition: float
     residual_std: float
+    gain: np.ndarray
+    prior: np.ndarray
 
 
 Solver = Callable[[np.ndarray, np.ndarray], Solution]
@@ -96,10 +103,13 @@ class _Decomposition:
         """Return the coefficients for filter factors (c,): beta = V diag(f_i / S_i) U^T y, unscaled."""
         inverse = np.where(self.kept, 1.0 / np.where(self.kept, self.singular, 1.0), 0.0)
         with one_blas_thread():
-            coefficients = self.right.T @ (factors * inverse * self.projected) / self.scale
+            scaled = self.right.T @ (factors * inverse * self.projected)
+            gain = (self.right.T * (factors * inverse**2)) @ self.right / np.outer(self.scale, self.scale)
         smallest = self.singular[-1]
         condition = float(self.singular[0] / smallest) if smallest > 0.0 else float("inf")
-        return Solution(coefficients, weight, condition, float(np.sqrt(self.rest(factors) / self.rows)))
+        size = float(np.sqrt(np.mean(scaled**2)))
+        residual_std = float(np.sqrt(self.rest(factors) / self.rows))
+        return Solution(scaled / self.scale, weight, condition, residual_std, gain, size / self.scale)
 
 
 def least_squares(matrix: np.ndarray, target: np.ndarray) -> Solution:

@@ -13,11 +13,12 @@ from pydantic import Field
 from magsim.columns import FLUX
 from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.columns import Derivative, Terms, TollesLawsonColumns, mean_strength, pick_fluxgate
-from magsim.compensation.linear import Band, LinearFit, LinearModel, Term, fit_linear
+from magsim.compensation.linear import Band, LinearFit, LinearModel, fit_linear
 from magsim.compensation.saving import State
 from magsim.compensation.solvers import SOLVERS
 from magsim.compensation.streaming import ConstantStreamer, Feed, LinearStreamer, Streamer, rows_of
 from magsim.compensation.targets import TargetName, rows_to_fit, target_of
+from magsim.compensation.terms import Term
 from magsim.dataset import Training
 from magsim.recording import Recording
 
@@ -39,6 +40,15 @@ class Nothing(Compensator):
 
     def _streamer(self, feed: Feed) -> Streamer:
         return ConstantStreamer(0.0)
+
+    def _coefficients(self) -> tuple[Term, ...]:
+        return ()
+
+    def _shares(self, recording: Recording) -> dict[str, np.ndarray]:
+        return {}
+
+    def _uncertainty(self, recording: Recording) -> np.ndarray:
+        return np.zeros(len(recording))
 
 
 @dataclass(frozen=True)
@@ -72,7 +82,7 @@ class TollesLawsonReport:
     origins_deg: tuple[tuple[float, float], ...] = ()
 
     def __str__(self) -> str:
-        lines = [f"{term.name:>10} {term.value: .6e} {term.unit}" for term in self.terms]
+        lines = [f"{term.name:>10} {term.value: .6e} +- {term.error:.1e} {term.unit}" for term in self.terms]
         lines += [f"{'offset':>10} {self.offset_nt: .6e} nT"]
         if self.gradient:
             places = "; ".join(f"{lat:.4f}, {lon:.4f}" for lat, lon in self.origins_deg)
@@ -186,6 +196,15 @@ class TollesLawson(Compensator):
         rows = rows_of(self._columns, feed)
         return None if rows is None else LinearStreamer(rows, self._fit.coefficients, self._fit.offset_nt)
 
+    def _coefficients(self) -> tuple[Term, ...]:
+        return self._fit.terms
+
+    def _shares(self, recording: Recording) -> dict[str, np.ndarray]:
+        return self._fit.shares(self._columns(recording))
+
+    def _uncertainty(self, recording: Recording) -> np.ndarray:
+        return self._fit.uncertainty(self._columns(recording), recording.time_s)
+
     def _columns_of(self, recordings: Sequence[Recording]) -> TollesLawsonColumns:
         fluxgate = pick_fluxgate(recordings, self.fluxgate)
         strength_nt = mean_strength(recordings, fluxgate) if self.scale == "constant" else None
@@ -206,7 +225,7 @@ class TollesLawson(Compensator):
         """Coefficients with units, condition number and ridge weight."""
         self.check_fitted()
         fit = self._fit
-        terms = tuple(Term(*row) for row in zip(fit.names, fit.coefficients.tolist(), fit.units, strict=True))
+        terms = fit.terms[:-1]
         quality = fit.weight, fit.condition, fit.residual_nt
         return TollesLawsonReport(terms, fit.offset_nt, *quality, fit.gradient, fit.origins_deg)
 
@@ -220,12 +239,14 @@ class TollesLawson(Compensator):
             "offset_nt": fit.offset_nt,
             "names": list(fit.names),
             "units": list(fit.units),
+            "groups": list(fit.groups),
+            "effective_rows": fit.effective_rows,
             "gradient": [list(term) for term in fit.gradient],
             "origins_deg": [list(origin) for origin in fit.origins_deg],
             # JSON has no infinity
             "quality": {key: (value if np.isfinite(value) else None) for key, value in quality.items()},
         }
-        return State(values, {"coefficients": fit.coefficients})
+        return State(values, {"coefficients": fit.coefficients, "covariance": fit.covariance})
 
     def set_state(self, state: State) -> None:
         """Take back what ``state`` returned."""
@@ -239,7 +260,10 @@ class TollesLawson(Compensator):
         self._fit = LinearFit(
             tuple(values["names"]),
             tuple(values["units"]),
+            tuple(values["groups"]),
             coefficients,
+            np.asarray(state.arrays["covariance"], dtype=float),
+            float(values["effective_rows"]),
             float(values["offset_nt"]),
             tuple(Term(*row) for row in values["gradient"]),
             tuple((float(lat), float(lon)) for lat, lon in values["origins_deg"]),

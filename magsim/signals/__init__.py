@@ -7,7 +7,7 @@ from magsim.signals.decimation import Decimator, run_in_s
 from magsim.signals.derivatives import derivative, spline_derivative
 from magsim.signals.filters import BAND_HZ, EDGE_S, HIGH_PASS_EDGE_S, HIGH_PASS_HZ, band_pass, high_pass
 from magsim.signals.interpolation import POINTS, between, window_mean
-from magsim.signals.pieces import in_band, median_step, off_ends, spans
+from magsim.signals.pieces import in_band, in_band_rows, median_step, off_ends, spans
 from magsim.signals.processes import first_order_lag, gauss_markov
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "gauss_markov",
     "high_pass",
     "in_band",
+    "in_band_rows",
     "median_step",
     "off_ends",
     "run_in_s",

@@ -78,14 +78,19 @@ def in_band(values: np.ndarray, time_s: np.ndarray, rows: np.ndarray | None = No
         Pieces that are shorter than both ends together give no rows.
     """
     rate_hz = 1.0 / median_step(time_s)
-    parts = []
-    for span in spans(time_s):
-        keep = off_ends(time_s[span])
-        if rows is not None:
-            keep &= rows[span]
-        if keep.any():
-            parts.append(np.ascontiguousarray(band_pass(values[span], rate_hz)[_as_slice(keep)]))
+    kept = in_band_rows(time_s, rows)
+    parts = [
+        np.ascontiguousarray(band_pass(values[span], rate_hz)[_as_slice(kept[span])])
+        for span in spans(time_s)
+        if kept[span].any()
+    ]
     return parts[0] if len(parts) == 1 else np.concatenate([values[:0], *parts])
+
+
+def in_band_rows(time_s: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
+    """Mark the rows that ``in_band`` returns, (n,) bool."""
+    kept = np.concatenate([off_ends(time_s[span]) for span in spans(time_s)])
+    return kept if rows is None else kept & rows
 
 
 def _as_slice(rows: np.ndarray) -> np.ndarray | slice:

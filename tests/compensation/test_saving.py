@@ -105,7 +105,7 @@ def test_nothing_is_pickled(run):
     with np.load(run / ARRAYS, allow_pickle=False) as file:
         assert file["coefficients"].shape == (16,)
     assert set(json.loads((run / SETTINGS).read_text())) == {
-        "format", "learned", "magsim", "method", "params", "sensor",
+        "format", "learned", "magsim", "method", "params", "rows", "sensor",
     }  # fmt: skip
 
 

@@ -23,6 +23,8 @@ class Design(NamedTuple):
     """(c,), of the coefficients"""
     matrix: np.ndarray
     """(n, c)"""
+    groups: tuple[str, ...] = ()
+    """(c,), what each coefficient belongs to (``Term.group``); empty where no report asks."""
 
 
 class ColumnSet(Protocol):
@@ -81,7 +83,8 @@ class Joined:
             row, column = np.argwhere(~np.isfinite(matrix))[0]
             msg = f"recording {recording.name!r}: {names[column]} is not finite at {recording.time_s[row]:g} s"
             raise DataError(msg)
-        return Design(names, units, matrix)
+        groups = tuple(group for part in parts for group in part.groups or ("",) * len(part.names))
+        return Design(names, units, matrix, groups)
 
 
 def require(recording: Recording, names: Sequence[str]) -> None:

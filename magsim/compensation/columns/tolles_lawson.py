@@ -81,6 +81,12 @@ def term_units(terms: int) -> tuple[str, ...]:
     return ("nT",) * 3 + ("1",) * len(pairs.induced) + ("s",) * len(pairs.eddy)
 
 
+def term_groups(terms: int) -> tuple[str, ...]:
+    """Return what each term belongs to, (terms,): permanent, induced or eddy."""
+    pairs = TERMS[terms]
+    return ("permanent",) * 3 + ("induced",) * len(pairs.induced) + ("eddy",) * len(pairs.eddy)
+
+
 @dataclass(frozen=True)
 class TollesLawsonColumns:
     """Tolles-Lawson columns from a fluxgate.
@@ -132,4 +138,4 @@ class TollesLawsonColumns:
                 column = names.index(f"B u{i + 1} u{i + 1}")
                 matrix[:, column] -= length / 3.0
                 names[column] = f"B (u{i + 1} u{i + 1} - 1/3)"
-        return Design(tuple(names), term_units(self.terms), matrix)
+        return Design(tuple(names), term_units(self.terms), matrix, term_groups(self.terms))
