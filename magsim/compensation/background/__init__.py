@@ -1,0 +1,32 @@
+"""The field without the platform, in body axes, as far as inputs tell it."""
+
+from magsim.compensation.background.calibrated import CalibratedField, Regressors
+from magsim.compensation.background.calibration import calibrate
+from magsim.compensation.background.channels import Channel, live_channels
+from magsim.compensation.background.choice import (
+    LOOKAHEAD_ROWS,
+    BackgroundField,
+    Direction,
+    FluxgateField,
+    background_from,
+    fit_background,
+)
+from magsim.compensation.background.model import ModelField, model_along
+from magsim.compensation.background.taps import taps
+
+__all__ = [
+    "LOOKAHEAD_ROWS",
+    "BackgroundField",
+    "CalibratedField",
+    "Channel",
+    "Direction",
+    "FluxgateField",
+    "ModelField",
+    "Regressors",
+    "background_from",
+    "calibrate",
+    "fit_background",
+    "live_channels",
+    "model_along",
+    "taps",
+]

@@ -1,0 +1,156 @@
+"""The background from a fluxgate that was calibrated against the INS and the model of the main field."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from magsim import columns, signals
+from magsim.compensation.background.channels import Channel
+from magsim.compensation.background.taps import taps
+from magsim.compensation.columns.direction import pick_fluxgate
+from magsim.compensation.saving import State
+from magsim.errors import DataError
+from magsim.recording import Recording
+from magsim.threads import one_blas_thread
+
+
+@dataclass(frozen=True)
+class Regressors:
+    """What the background is a linear function of: a constant, the fluxgate, its derivative, channels.
+
+    Attributes
+    ----------
+    fluxgate : str
+    channels : tuple of Channel
+        Currents and deflections that the fluxgate sees.
+    lookahead_rows : int
+        Rows after its own that a row needs.
+    """
+
+    fluxgate: str
+    channels: tuple[Channel, ...]
+    lookahead_rows: int
+
+    @property
+    def count(self) -> int:
+        """Number of columns."""
+        return 7 + len(self.channels)
+
+    def __call__(self, recording: Recording, lag_s: float, curvature_s2: float) -> np.ndarray:
+        """Return the columns, (n, count).
+
+        Parameters
+        ----------
+        recording : Recording
+        lag_s : float [s]
+            How late the fluxgate is.
+        curvature_s2 : float [s^2]
+            What of the second derivative is added: the bandwidth of the fluxgate.
+        """
+        reading = fluxgate_reading(recording, self.fluxgate)
+        out = np.empty((len(recording), self.count))
+        out[:, 0] = 1.0
+        for column, channel in enumerate(self.channels, start=7):
+            out[:, column] = channel(recording)
+        for span in signals.spans(recording.time_s):
+            out[span, 1:4] = self.derivative(reading[span], 0, lag_s, recording.rate_hz)
+            out[span, 1:4] += curvature_s2 * self.derivative(reading[span], 2, lag_s, recording.rate_hz)
+            out[span, 4:7] = self.derivative(reading[span], 1, lag_s, recording.rate_hz)
+        return out
+
+    def derivative(self, values: np.ndarray, order: int, lag_s: float, rate_hz: float) -> np.ndarray:
+        """Return a derivative of a piece by time, a lag later, (n, ...)."""
+        return taps(order, lag_s, self.lookahead_rows, round(rate_hz, 6))(values)
+
+
+def fluxgate_reading(recording: Recording, fluxgate: str) -> np.ndarray:
+    """Return the reading of a fluxgate, (n, 3) [nT].
+
+    Raises
+    ------
+    RequestError
+        If the recording has no such fluxgate.
+    DataError
+        If a value is not finite.
+    """
+    pick_fluxgate([recording], fluxgate)
+    reading = recording.vector(columns.FLUX, sensor=fluxgate)
+    bad = ~np.isfinite(reading).all(axis=1)
+    if bad.any():
+        when = recording.time_s[np.argmax(bad)]
+        msg = f"recording {recording.name!r}: fluxgate {fluxgate!r} is not finite at {when:g} s"
+        raise DataError(msg)
+    return reading
+
+
+@dataclass(frozen=True, eq=False)
+class CalibratedField:
+    """The background in body axes as a linear function of fluxgate and channels.
+
+    Attributes
+    ----------
+    regressors : Regressors
+    matrix : (c, 3) [nT per unit of the columns]
+    lag_s, curvature_s2 : float
+        See ``Regressors``.
+    offsets_n : (flights, 3) [nT]
+        What the Earth's field is more than the model on each training flight, in local axes.
+    length_nt : float [nT]
+        What the length of the background missed on the training flights, in 0.02 to 1 Hz.
+    """
+
+    regressors: Regressors
+    matrix: np.ndarray
+    lag_s: float
+    curvature_s2: float
+    offsets_n: np.ndarray
+    length_nt: float
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The fluxgate, and the families of the channels."""
+        families = (columns.family_of(channel.name).pattern for channel in self.regressors.channels)
+        return tuple(dict.fromkeys((columns.FLUX.pattern, *families)))
+
+    @property
+    def lookahead_rows(self) -> int:
+        """Rows after its own that a row needs."""
+        return self.regressors.lookahead_rows
+
+    def __call__(self, recording: Recording) -> np.ndarray:
+        """Return the background in body axes, (n, 3) [nT]."""
+        design = self.regressors(recording, self.lag_s, self.curvature_s2)
+        with one_blas_thread():
+            return design @ self.matrix
+
+    def state(self) -> State:
+        """Return what a file needs."""
+        values = {
+            "direction": "calibrated",
+            "fluxgate": self.regressors.fluxgate,
+            "channels": [[channel.name, channel.rest] for channel in self.regressors.channels],
+            "lookahead_rows": self.lookahead_rows,
+            "lag_s": self.lag_s,
+            "curvature_s2": self.curvature_s2,
+            "length_nt": self.length_nt,
+        }
+        return State(values, {"background": self.matrix, "offsets_n": self.offsets_n})
+
+    @classmethod
+    def of(cls, state: State) -> "CalibratedField":
+        """Make what ``state`` returned; a ``KeyError`` or ``ValueError`` means that the file is broken."""
+        values = state.values
+        channels = tuple(Channel(str(name), None if rest is None else float(rest)) for name, rest in values["channels"])
+        regressors = Regressors(str(values["fluxgate"]), channels, int(values["lookahead_rows"]))
+        matrix = np.asarray(state.arrays["background"], dtype=float)
+        if matrix.shape != (regressors.count, 3):
+            msg = f"a background of shape {matrix.shape} for {regressors.count} columns"
+            raise ValueError(msg)
+        return cls(
+            regressors,
+            matrix,
+            float(values["lag_s"]),
+            float(values["curvature_s2"]),
+            np.asarray(state.arrays["offsets_n"], dtype=float),
+            float(values["length_nt"]),
+        )

@@ -1,0 +1,125 @@
+"""Currents, voltages and deflections as methods read them: which are alive, and where their zero lies.
+
+The zero of a current sensor is another one after every start: 0.05 A, which on a wire of 3 nT/A is as much as all that
+a good compensation leaves. Where a load has been off, its sensor tells its own zero.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from magsim import columns
+from magsim.compensation.columns.base import require
+from magsim.errors import DataError
+from magsim.recording import Recording
+
+KINDS: dict[str, columns.Family] = {
+    "currents": columns.CURRENT,
+    "voltages": columns.VOLTAGE,
+    "surfaces": columns.SURFACE,
+}
+"""Kinds of channels by name."""
+
+ZERO_A = 0.25
+"""How far a current may be from its rest and still be its zero: above the spread of zeros, below any load [A]."""
+
+_REST_SHARE = 0.05
+"""Least share of a flight in which a load must be off for its zero to be told."""
+
+_ALIVE = 3.0
+"""A channel is alive if it varies by so many times its noise."""
+
+_TWO_LEVELS = 5.0
+"""What flashes has no quiet rows to tell its noise, but a range of few deviations; that of noise is 6 and more."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel.
+
+    Attributes
+    ----------
+    name : str
+        Column of the recording.
+    rest : float, optional
+        Its mean reading while its load is off, over the training flights; None if it never is.
+    """
+
+    name: str
+    rest: float | None = None
+
+    def __call__(self, recording: Recording) -> np.ndarray:
+        """Return the channel, (n,), its zero corrected by what has been seen of its rest up to each row.
+
+        Raises
+        ------
+        RequestError
+            If the recording lacks it.
+        DataError
+            If a value is not finite.
+        """
+        require(recording, [self.name])
+        values = recording[self.name]
+        bad = ~np.isfinite(values)
+        if bad.any():
+            msg = f"recording {recording.name!r}: {self.name} is not finite at {recording.time_s[np.argmax(bad)]:g} s"
+            raise DataError(msg)
+        if self.rest is None:
+            return values
+        off = np.abs(values - self.rest) < ZERO_A
+        seen = np.cumsum(off)
+        total = np.cumsum(np.where(off, values - self.rest, 0.0))
+        return values - total / np.maximum(seen, 1)
+
+
+def live_channels(recordings: Sequence[Recording], kinds: Sequence[str]) -> tuple[Channel, ...]:
+    """Return the channels of some kinds that all recordings have and that vary by more than their noise in one.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    kinds : sequence of str
+        Of ``KINDS``.
+    """
+    found = []
+    for kind in kinds:
+        family = KINDS[kind]
+        for name in recordings[0].data:
+            if family.match(name) and all(name in recording for recording in recordings):
+                series = [recording[name] for recording in recordings]
+                if any(is_live(values) for values in series):
+                    found.append(Channel(name, _rest(series) if kind == "currents" else None))
+    return tuple(found)
+
+
+def is_live(values: np.ndarray) -> bool:
+    """Whether a channel varies by more than its noise."""
+    spread = float(np.std(values))
+    if len(values) < 4 or spread <= 1e-9 * float(np.abs(values).max()):
+        return False
+    return spread > _ALIVE * noise_of(values) or float(np.ptp(values)) < _TWO_LEVELS * spread
+
+
+def noise_of(values: np.ndarray) -> float:
+    """Return the deviation of white noise in a series from its third differences, which steps and drifts hardly touch.
+
+    The median of the absolute value of Gaussian noise is 0.6745 deviations; third differences have 20 times the
+    variance.
+    """
+    return float(np.median(np.abs(np.diff(values, 3)))) / 0.6745 / np.sqrt(20.0)
+
+
+def _rest(series: Sequence[np.ndarray]) -> float | None:
+    """Return the mean of the lowest plateau, if every flight has it and rises well above it."""
+    means = []
+    for values in series:
+        low = float(np.quantile(values, _REST_SHARE / 2.0))
+        for _ in range(3):
+            near = values[np.abs(values - low) < ZERO_A]
+            low = float(near.mean())
+        if len(near) < _REST_SHARE * len(values) or float(values.max()) < low + 2.0 * ZERO_A:
+            return None
+        means.append(low)
+    rest = float(np.mean(means))
+    return rest if max(abs(mean - rest) for mean in means) < ZERO_A else None
