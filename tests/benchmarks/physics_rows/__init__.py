@@ -1,0 +1,1 @@
+"""Subjects of ``physics_methods.py``."""
