@@ -1,6 +1,6 @@
 """Sets of flights that physics methods are shown on: flown by the sweep files beside this module, and read back."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -11,15 +11,60 @@ from magsim import columns, sweep
 from magsim.recording import Recording, read_recordings
 
 HERE = Path(__file__).parent
-FILES = {"levels": HERE / "levels.toml"}
 
 LEVELS = ("0", "1", "2", "3", "4", "5", "6", "0c", "1c", "7", "8", "6m")
 """Worlds of ``levels.toml`` in its order."""
 
-TUNE_SEED, SHOW_SEED = 1401, 1402
-"""Of the sets that settings are chosen on, and of those that figures come from."""
-
 ROLES = ("train", "train2", "test")
+
+HARD = (
+    "field.crust.enabled=true",
+    "field.crust.rms_nt=60.0",
+    "field.crust.depth_m=100.0",
+    "field.variation.enabled=true",
+    "field.electronics.enabled=true",
+    "sensors.scalar[0].noise_nt_rthz=0.0045",
+    "sensors.fluxgate[0].noise_nt_rthz=0.045",
+    "sensors.fluxgate[0].offset_nt=[40.0, -50.0, 60.0]",
+    "sensors.fluxgate[0].scale_error=[0.01, -0.008, 0.006]",
+    "sensors.fluxgate[0].nonorthogonality_deg=[0.5, -0.4, 0.6]",
+    "sensors.fluxgate[0].misalignment_deg=[0.6, -0.5, 0.8]",
+    "sensors.fluxgate[0].skew_s=0.15",
+)
+"""What level 6m of ``levels.toml`` has beyond ``calibration_c208b``."""
+
+STINGER = 'sensors.scalar=[{name="cabin", mount="cabin_center", noise_nt_rthz=0.004}, {name="stinger", mount="sgl_mag_1"}]'
+
+
+class World(NamedTuple):
+    """What ``honest.toml`` is flown with, and the scalar magnetometers that are judged."""
+
+    scenario: str
+    settings: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ("cabin",)
+
+
+WORLDS: Mapping[str, World] = {
+    "calibration": World("calibration_c208b", (STINGER,), ("cabin", "stinger")),
+    "calm": World("calibration_c208b_calm"),
+    "electronics": World("electronics_c208b", (), ("cabin", "ceiling", "stinger")),
+    "gusty": World("gusty_c208b"),
+    "fom": World("papers/001_fom", (), ("boom",)),
+    "6m": World("calibration_c208b", HARD),
+}
+
+
+class Draw(NamedTuple):
+    """Which sets: the seed of a sweep, how many, and the first individual and flight of the honest worlds."""
+
+    seed: int
+    sets: int
+    individual: int
+    flight: int
+
+
+DRAWS: Mapping[str, Draw] = {"tune": Draw(1401, 6, 101, 1001), "show": Draw(1402, 12, 1, 2001)}
+"""``tune``: what settings are chosen on; ``show``: what figures come from, as the sweep files stand."""
 
 
 class Triple(NamedTuple):
@@ -30,25 +75,76 @@ class Triple(NamedTuple):
     test: Recording
 
 
-def fly(folder: Path, seed: int, sets: int, *, workers: int = 1) -> Path:
-    """Fly the sets of all levels into a folder, or go on where it was broken off; return the folder."""
+class Days(NamedTuple):
+    """Flights of one honest set, each with a circuit to learn from and one to be judged on.
+
+    An aircraft, the same on another day, and another individual of its type.
+    """
+
+    first: Recording
+    later: Recording
+    other: Recording
+
+
+Report = Callable[[str], None]
+
+
+def fly_levels(folder: Path, draw: Draw, report: Report, *, workers: int = 1) -> Path:
+    """Fly the sets of all levels into a folder, or go on where that was broken off; return the folder."""
     size = len(LEVELS) * len(ROLES)
-    plan = sweep.read_sweep(FILES["levels"], [f"sweep.seed={seed}", f"sweep.flights={sets * size}"])
-    sweep.fly(plan, folder, workers=workers, resume=folder.exists())
+    settings = [f"sweep.seed={draw.seed}", f"sweep.flights={draw.sets * size}"]
+    return _fly("levels.toml", settings, folder, report, workers)
+
+
+def fly_world(folder: Path, world: str, draw: Draw, report: Report, *, workers: int = 1) -> Path:
+    """Fly the sets of one honest world into a folder, or go on where that was broken off; return the folder."""
+    scenario, more, _ = WORLDS[world]
+    count = 2 * draw.sets
+    individuals = [draw.individual + number // 2 for number in range(count)]
+    settings = [
+        f"sweep.scenario={scenario}",
+        f"sweep.seed={draw.seed}",
+        f"sweep.flights={count}",
+        f"sweep.axes[0].list={individuals}",
+        f"sweep.axes[1].list={[1 + number % 2 for number in range(count)]}",
+        f"sweep.axes[2].list={[draw.flight + number for number in range(count)]}",
+        *more,
+    ]
+    return _fly("honest.toml", settings, folder, report, workers)
+
+
+def _fly(name: str, settings: Sequence[str], folder: Path, report: Report, workers: int) -> Path:
+    report(f"flying {name} into {folder}")
+    plan = sweep.read_sweep(HERE / name, settings)
+    outcome = sweep.fly(plan, folder, workers=workers, resume=folder.exists())
+    assert outcome is not None  # it was not flown in parts
     return folder
 
 
 def sets(folder: Path, level: str, count: int | None = None) -> Iterator[Triple]:
-    """Yield the sets of one level, one after another, all or the first ones."""
+    """Yield the sets of one level, all or the first ones, one after another."""
     digit = LEVELS.index(level)
-    for number, path in enumerate(sorted(folder.glob("shard_*.h5"))[:count]):
+    for number, path in enumerate(_files(folder)[:count]):
         first = number * len(LEVELS) * len(ROLES) + digit
         names = [f"f{first + role * len(LEVELS):08d}" for role in range(len(ROLES))]
         train, train2, test = read_recordings(path, names)
         yield Triple(train, train2, judged(test))
 
 
+def days(folder: Path, count: int | None = None) -> Iterator[Days]:
+    """Yield the sets of an honest world, all or the first ones; the other individual is that of the next set."""
+    files = _files(folder)
+    for number, path in enumerate(files[:count]):
+        first, later = read_recordings(path)
+        other, _ = read_recordings(files[(number + 1) % len(files)])
+        yield Days(first, later, other)
+
+
 def judged(recording: Recording) -> Recording:
     """Return a recording all rows of which are for testing."""
     code = next(number for number, word in columns.SPLITS.items() if word == "test")
     return replace(recording, data={**recording.data, "split": np.full(len(recording), float(code))})
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(folder.glob("shard_*.h5"))
