@@ -33,7 +33,9 @@ HARD = (
 )
 """What level 6m of ``levels.toml`` has beyond ``calibration_c208b``."""
 
-STINGER = 'sensors.scalar=[{name="cabin", mount="cabin_center", noise_nt_rthz=0.004}, {name="stinger", mount="sgl_mag_1"}]'
+STINGER = (
+    'sensors.scalar=[{name="cabin", mount="cabin_center", noise_nt_rthz=0.004}, {name="stinger", mount="sgl_mag_1"}]'
+)
 
 
 class World(NamedTuple):
