@@ -7,6 +7,7 @@ import pytest
 
 from magsim.signals import band_pass, off_ends
 from tests.benchmarks.physics_rows import peer
+from tests.benchmarks.physics_rows.methods import PeerMethod
 
 RATE_HZ = 10.0
 MODEL_NT = np.array([39000.0, -1500.0, 17000.0])
@@ -99,3 +100,7 @@ def test_its_coefficients_are_the_most_probable_ones(fitted):
     random = np.random.default_rng(4)
     for _ in range(20):
         assert cost(fitted.sources + 0.02 * priors * random.standard_normal(len(priors))) > least
+
+
+def test_the_peer_is_judged_as_any_method():
+    assert not PeerMethod().causal

@@ -19,7 +19,7 @@ class PeerMethod(Compensator):
     """``peer`` on recordings, fitted to the label."""
 
     name = "peer"
-    causal = False
+    lookahead_rows = None
     requires: tuple[str, ...] = (columns.FLUX.pattern, columns.INS_ATTITUDE.pattern, columns.INS_ALTITUDE.pattern)
     peer_: Any
 
