@@ -146,6 +146,21 @@ SURFACE = Family(
     "Deflection of a control surface about its hinge, from its potentiometer, anti-alias filtered",
 )
 
+COMPENSATED = Family(
+    "compensated_{sensor}_nt",
+    "input",
+    "nT",
+    "",
+    "Reading of a scalar magnetometer minus the interference that a method estimated (magsim compensate)",
+)
+REMOVED = Family(
+    "removed_{sensor}_nt",
+    "input",
+    "nT",
+    "",
+    "Interference that a method estimated: reading minus compensated reading (magsim compensate)",
+)
+
 INTERFERENCE = Family(
     "interference_{sensor}_nt",
     "label",
@@ -294,6 +309,8 @@ FAMILIES: tuple[Family, ...] = (
     BASE,
     CURRENT,
     VOLTAGE,
+    COMPENSATED,
+    REMOVED,
     SURFACE,
     CARRIER_ATTITUDE,
     CARRIER_VELOCITY,

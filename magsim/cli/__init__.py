@@ -18,6 +18,7 @@ COMMANDS = {
     "generate": ("magsim.cli.generate:generate", "Fly a scenario and write its recording."),
     "sweep": ("magsim.cli.sweep:sweep", "Fly a scenario in thousands of variations."),
     "train": ("magsim.cli.train:train", "Train a compensator on recordings."),
+    "compensate": ("magsim.cli.compensate:compensate", "Compensate a survey file, or lines as they come."),
     "benchmark": ("magsim.cli.benchmark:benchmark", "Compare compensators on recordings."),
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
     "info": ("magsim.cli.info:info", "Show the contents of a recording."),

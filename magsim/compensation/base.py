@@ -1,7 +1,7 @@
 """The contract of every compensator: fit on labeled rows, estimate the interference of blind ones."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self, final
@@ -268,7 +268,28 @@ class Compensator(Explained):
             msg = f"method {self.name}: rate_hz is {rate_hz}; a stream needs the rows a second, a number above 0"
             raise RequestError(msg)
         streamer = self._made_streamer(Feed(rate_hz, () if known is None else known.columns, start_utc))
-        return Stream(streamer, reading=columns.MAG.name(sensor=self.sensor_), rate_hz=rate_hz)
+        return Stream(streamer, sensor=self.sensor_, rate_hz=rate_hz)
+
+    @final
+    def input_columns(self, available: Collection[str]) -> tuple[str, ...]:
+        """Return the columns that an estimate reads.
+
+        Parameters
+        ----------
+        available : collection of str
+            Columns of a recording. Of the families that the method requires, those that it was fitted with count where
+            it does not tell which it reads.
+
+        Raises
+        ------
+        RequestError
+            If the method is not fitted.
+        """
+        self.check_fitted()
+        known = self._fitted_on or Feed(1.0)
+        own = None if self.lookahead_rows is None else self._streamer(known)
+        names = [name for name in known.columns if name in available] if own is None else own.columns
+        return tuple(name for name in names if name != columns.TIME)
 
     def _made_streamer(self, feed: Feed) -> Streamer:
         if self.lookahead_rows is None:

@@ -13,7 +13,7 @@ from magsim import columns
 from magsim.config import load
 from magsim.errors import DataError, RequestError
 from magsim.exchange import mit, textfile
-from magsim.exchange.columnmap import ColumnMap, FieldMatch, match_fields
+from magsim.exchange.columnmap import ColumnMap, FieldMatch, FieldSource, match_fields
 from magsim.recording import Recording
 
 SOURCES = ("mit", "sgl-xyz", "xyz", "csv")
@@ -43,6 +43,14 @@ TIME_DIGITS = 9
 
 SHORTEST_S = 1e-6
 """Shortest step of time; a shorter one counts as none."""
+
+READERS = {
+    "mit": mit.read,
+    "sgl-xyz": textfile.read_xyz,
+    "xyz": textfile.read_xyz,
+    "csv": textfile.read_csv,
+}
+"""Readers by format: of a path and a function that chooses among the fields."""
 
 CODES = {
     columns.SPLIT: columns.SPLITS,
@@ -103,7 +111,7 @@ def import_flight(
     DataError
         If the file is broken, or a value is not possible.
     """
-    kind = _kind(path, kind)
+    kind = kind_of(path, kind)
     mapping = load(column_map, ColumnMap) if isinstance(column_map, Path) else column_map or ColumnMap()
     matches: list[FieldMatch] = []
 
@@ -111,8 +119,7 @@ def import_flight(
         matches.append(match_fields(available, mapping, layout=kind, where=str(path)))
         return matches[0].wanted()
 
-    read = {"mit": mit.read, "csv": textfile.read_csv}.get(kind, textfile.read_xyz)
-    fields = read(path, choose)
+    fields = READERS[kind](path, choose)
     match = matches[0]
     for name, values in fields.items():
         if np.isinf(values).any():
@@ -131,7 +138,7 @@ def import_flight(
         data[columns.SPLIT.pattern] = split
     order = [name for role in columns.ROLES for name in data if columns.role_of(name) == role]
     meta: dict[str, object] = {"imported": kind}
-    start = _start(path, fields, match, mapping)
+    start = start_of(str(path), {name: float(values[0]) for name, values in fields.items()}, match, mapping)
     if start is not None:
         meta["start_utc"] = start.isoformat()
     name = mapping.name or (path.stem if number is None else f"flight_{number:g}")
@@ -150,7 +157,14 @@ def _refuse(path: Path, reason: str) -> NoReturn:
     raise DataError(msg)
 
 
-def _kind(path: Path, kind: str | None) -> str:
+def kind_of(path: Path, kind: str | None) -> str:
+    """Return the format of a file: the one that is asked for, or that of its ending.
+
+    Raises
+    ------
+    RequestError
+        If there is none.
+    """
     found = kind or ENDINGS.get(path.suffix.lower())
     if found not in SOURCES:
         msg = f"{path}: its ending is not that of a format; give it with --format, allowed: {', '.join(SOURCES)}"
@@ -251,31 +265,45 @@ def _columns(
     data: dict[str, np.ndarray] = {}
     notes = [f"left out, being no input or segment of a recording: {', '.join(match.unused)}"] if match.unused else []
     for name, source in match.sources.items():
-        values = fields[source.column] * source.scale + source.offset
-        if name == columns.RADAR.pattern:
-            values = np.where(np.isnan(values), -1.0, values)
+        values = converted(str(path), name, source, fields[source.column])
         missing = np.isnan(values)
         if missing.any():
             notes.append(f"{source.column} is missing in {missing.sum()} of {len(values)} rows: no column {name}")
             continue
-        if name == "ins_heading_deg":
-            values = values % 360.0
-        family = columns.family_of(name)
-        limit = POSITION_LIMITS.get(name, LIMITS.get(family.unit, textfile.LARGEST))
-        beyond = np.abs(values) > limit
-        if beyond.any():
-            row = int(beyond.argmax())
-            _refuse(path, f"{source.column} gives {name} = {values[row]:g} in row {row + 1}; allowed: up to {limit:g}")
-        codes = CODES.get(family)
-        if codes is not None and not np.isin(values, list(codes)).all():
-            wrong = values[~np.isin(values, list(codes))][0]
-            allowed = ", ".join(f"{code} {word}" for code, word in codes.items())
-            _refuse(path, f"{source.column} gives {name} = {wrong:g}; allowed: {allowed}")
         data[name] = values
     if not columns.sensors_of(data, columns.MAG):
         details = f" ({'; '.join(notes)})" if notes else ""
         _refuse(path, f"there is no reading of a scalar magnetometer, mag_..._nt{details}; --map can name it")
     return data, notes
+
+
+def converted(where: str, name: str, source: FieldSource, field: np.ndarray) -> np.ndarray:
+    """Return the values of a column from those of a field, (n,); NaN where they are missing.
+
+    Raises
+    ------
+    DataError
+        If a value is not possible in the unit of the column.
+    """
+    values = field * source.scale + source.offset
+    if name == columns.RADAR.pattern:
+        values = np.where(np.isnan(values), -1.0, values)
+    if name == "ins_heading_deg":
+        values = values % 360.0
+    family = columns.family_of(name)
+    limit = POSITION_LIMITS.get(name, LIMITS.get(family.unit, textfile.LARGEST))
+    beyond = np.abs(values) > limit
+    if beyond.any():
+        row = int(beyond.argmax())
+        msg = f"{where}: {source.column} gives {name} = {values[row]:g} in row {row + 1}; allowed: up to {limit:g}"
+        raise DataError(msg)
+    codes = CODES.get(family)
+    wrong = np.zeros(0) if codes is None else values[~np.isnan(values) & ~np.isin(values, list(codes))]
+    if codes is not None and len(wrong):
+        allowed = ", ".join(f"{code} {word}" for code, word in codes.items())
+        msg = f"{where}: {source.column} gives {name} = {wrong[0]:g}; allowed: {allowed}"
+        raise DataError(msg)
+    return values
 
 
 def _ordinal(values: np.ndarray) -> np.ndarray:
@@ -286,23 +314,30 @@ def _ordinal(values: np.ndarray) -> np.ndarray:
     return rank[inverse]
 
 
-def _start(path: Path, fields: Mapping[str, np.ndarray], match: FieldMatch, mapping: ColumnMap) -> datetime | None:
-    """Return the instant of the first imported row.
+def start_of(where: str, row: Mapping[str, float], match: FieldMatch, mapping: ColumnMap) -> datetime | None:
+    """Return the instant of a row; None where it is not known.
 
     The map's ``start_utc`` is the instant of time 0 of the file; years and days count from midnight.
+
+    Raises
+    ------
+    DataError
+        If its date is none.
     """
-    time_s = float(fields[match.time][0])
+    time_s = row[match.time]
     zero = mapping.start_utc
     if zero is not None:
         zero = zero.replace(tzinfo=UTC) if zero.tzinfo is None else zero.astimezone(UTC)
     elif match.year and match.doy:
-        year, doy = float(fields[match.year][0]), float(fields[match.doy][0])
+        year, doy = row[match.year], row[match.doy]
         if not (1900 <= year <= 2100 and 1 <= doy <= 366 and year % 1 == 0.0 and doy % 1 == 0.0):
-            _refuse(path, f"year {year:g} and day {doy:g} in its first row are no date")
+            msg = f"{where}: year {year:g} and day {doy:g} in its first row are no date"
+            raise DataError(msg)
         zero = datetime(int(year), 1, 1, tzinfo=UTC) + timedelta(days=doy - 1.0)
     if zero is None:
         return None
     try:
         return zero + timedelta(seconds=time_s)
     except OverflowError:
-        _refuse(path, f"time {time_s:g} s in its first row is no time of a date")
+        msg = f"{where}: time {time_s:g} s in its first row is no time of a date"
+        raise DataError(msg) from None

@@ -9,7 +9,7 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import BinaryIO, NoReturn, Protocol
 
 import numpy as np
 
@@ -60,94 +60,200 @@ def read_csv(path: Path, choose: Choose) -> dict[str, np.ndarray]:
     DataError
         If its content is not such a table.
     """
-    lines = _lines(path)
-    number, head = next(lines, (1, ""))
-    names = [name.strip().strip('"') for name in head.split(",")]
-    table = _TextTable(path, number, names, choose)
-    for number, line in lines:
-        if line.strip():
-            table.add(number, [value.strip() for value in line.split(",")])
-    return table.arrays()
+    return read_table(path, CsvRows(str(path)), choose)
 
 
 def read_xyz(path: Path, choose: Choose) -> dict[str, np.ndarray]:
     """Read columns of an XYZ file, as SGL or as Geosoft writes it.
 
-    The names are those of the last comment before the first row that has as many words as the row. ``LINE`` and
-    ``TIE`` records become the field ``line_record``. See ``read_csv`` for arguments and errors.
+    ``LINE`` and ``TIE`` records become the field ``line_record``. See ``read_csv`` for arguments and errors.
     """
-    heads: list[tuple[int, list[str]]] = []
-    line_record = ""
-    table: _TextTable | None = None
-    for number, line in _lines(path):
+    return read_table(path, XyzRows(str(path)), choose)
+
+
+def read_table(path: Path, rows: "Rows", choose: Choose) -> dict[str, np.ndarray]:
+    """Read columns of a table whose lines are read one by one; see ``read_csv``."""
+    picked: PickedColumns | None = None
+    stored: list[array[float]] = []
+    cells_left = MAX_CELLS
+    for number, line in lines_of(path):
+        row = rows.row(number, text_of(str(path), number, line))
+        if rows.names and picked is None:
+            picked = PickedColumns(str(path), rows, choose(rows.names))
+            stored = [array("d") for _ in picked.names]
+        if row is None or picked is None:
+            continue
+        cells_left -= len(stored)
+        if cells_left < 0:
+            _refuse(str(path), number, f"the table has more than {MAX_CELLS} values, which is too large")
+        for column, value in zip(stored, picked.values(number, row), strict=True):
+            column.append(value)
+    if picked is None:
+        msg = f"{path}: {rows.empty}"
+        raise DataError(msg)
+    return {name: np.array(column) for name, column in zip(picked.names, stored, strict=True)}
+
+
+class Rows(Protocol):
+    """Finds the rows of a table among the lines of a text.
+
+    Attributes
+    ----------
+    names : sequence of str
+        Of the columns; empty until they are known.
+    empty : str
+        What is wrong with a text in which they stay unknown.
+    """
+
+    names: Sequence[str]
+    empty: str
+
+    def row(self, number: int, line: str) -> Sequence[str] | None:
+        """Return the texts of a row, or None for a line that is none.
+
+        Parameters
+        ----------
+        number : int
+            Of the line, from 1: lines must come in their order.
+        line : str
+
+        Raises
+        ------
+        DataError
+            If the line fits no such table.
+        """
+
+
+class CsvRows:
+    """Rows with commas after one line of names; see ``Rows``."""
+
+    empty = "there is no line with the names of the columns"
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self.names: Sequence[str] = ()
+
+    def row(self, number: int, line: str) -> Sequence[str] | None:
+        """Return the texts of a row; see ``Rows``."""
+        if not self.names:
+            names = [name.strip().strip('"') for name in line.split(",")]
+            self.names = _checked_names(self._where, number, names)
+            return None
+        return [value.strip() for value in line.split(",")] if line.strip() else None
+
+
+class XyzRows:
+    """Rows with blanks, comments and ``LINE`` records; see ``Rows``.
+
+    The names are those of the last comment before the first row that has as many words as the row.
+
+    Attributes
+    ----------
+    head : sequence of str
+        The words of that comment.
+    """
+
+    empty = "has no row of numbers"
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._heads: list[tuple[int, list[str]]] = []
+        self._line_record = ""
+        self.head: Sequence[str] = ()
+        self.names: Sequence[str] = ()
+
+    def row(self, number: int, line: str) -> Sequence[str] | None:
+        """Return the texts of a row, with that of its ``LINE`` record; see ``Rows``."""
         words = line.split()
         if not words:
-            continue
+            return None
         if words[0].startswith("/"):
-            if table is None and not words[0].startswith("//"):
-                heads = [*heads[1 - MAX_HEADS :], (number, line.strip()[1:].split())]
-            continue
+            if not self.names and not words[0].startswith("//"):
+                self._heads = [*self._heads[1 - MAX_HEADS :], (number, comment_words(line))]
+            return None
         if words[0].upper() in LINE_RECORDS:
             if len(words) != 2:
-                _refuse(path, number, f"{line.strip()[:40]!a} is no line record; expected {words[0]} and one number")
-            line_record = words[1]
-            continue
-        if table is None:
-            fitting = [head for head in heads if len(head[1]) == len(words)]
-            if not fitting:
-                _refuse(path, number, f"no comment before this row names its {len(words)} columns")
-            head_number, names = fitting[-1]
-            table = _TextTable(path, head_number, [*names, *([LINE_FIELD] if line_record else [])], choose)
-        table.add(number, [*words, line_record] if line_record else words)
-    if table is None:
-        msg = f"{path}: has no row of numbers"
-        raise DataError(msg)
-    return table.arrays()
+                found = f"{line.strip()[:40]!a} is no line record; expected {words[0]} and one number"
+                _refuse(self._where, number, found)
+            self._line_record = words[1]
+            return None
+        if not self.names:
+            self._name(number, len(words))
+        return [*words, self._line_record] if self._line_record else words
+
+    def _name(self, number: int, count: int) -> None:
+        fitting = [head for head in self._heads if len(head[1]) == count]
+        if not fitting:
+            _refuse(self._where, number, f"no comment before this row names its {count} columns")
+        head_number, self.head = fitting[-1]
+        names = [*self.head, *([LINE_FIELD] if self._line_record else [])]
+        self.names = _checked_names(self._where, head_number, names)
 
 
-class _TextTable:
-    """The wanted columns of rows that are checked one by one."""
-
-    def __init__(self, path: Path, number: int, names: Sequence[str], choose: Choose) -> None:
-        self._path = path
-        if not any(names):
-            _refuse(path, number, "there is no line with the names of the columns")
-        if len(names) > MAX_COLUMNS:
-            _refuse(path, number, f"there are {len(names)} columns; allowed: up to {MAX_COLUMNS}")
-        twice = [name for name, count in Counter(names).items() if count > 1]
-        if twice:
-            _refuse(path, number, f"column {twice[0][:60]!a} exists twice")
-        self._names = names
-        wanted = choose(names)
-        self._columns = [(i, name, array("d")) for i, name in enumerate(names) if name in wanted]
-        self._cells_left = MAX_CELLS
-
-    def add(self, number: int, values: Sequence[str]) -> None:
-        """Check and append one row."""
-        if len(values) != len(self._names):
-            _refuse(self._path, number, f"there are {len(values)} values; expected {len(self._names)}, one a column")
-        self._cells_left -= len(self._columns)
-        if self._cells_left < 0:
-            _refuse(self._path, number, f"the table has more than {MAX_CELLS} values, which is too large")
-        for i, name, column in self._columns:
-            text = values[i]
-            if _NUMBER.fullmatch(text):
-                value = float(text)
-                if not -LARGEST <= value <= LARGEST:
-                    _refuse(self._path, number, f"{name} is {text[:40]}; allowed: magnitudes up to {LARGEST:g}")
-                column.append(value)
-            elif text in MISSING:
-                column.append(np.nan)
-            else:
-                _refuse(self._path, number, f"{name} is {text[:40]!a}, which is not a number")
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Return the columns, (n,) each."""
-        return {name: np.array(column) for _, name, column in self._columns}
+def comment_words(line: str) -> list[str]:
+    """Return the words of a comment of an XYZ file, which begins with a slash."""
+    return line.strip()[1:].split()
 
 
-def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield the lines with their numbers, from 1."""
+def _checked_names(where: str, number: int, names: Sequence[str]) -> Sequence[str]:
+    if not any(names):
+        _refuse(where, number, CsvRows.empty)
+    if len(names) > MAX_COLUMNS:
+        _refuse(where, number, f"there are {len(names)} columns; allowed: up to {MAX_COLUMNS}")
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        _refuse(where, number, f"column {twice[0][:60]!a} exists twice")
+    return names
+
+
+class PickedColumns:
+    """The numbers of the wanted columns of rows that are checked one by one.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the wanted columns, in the order of the table.
+    """
+
+    def __init__(self, where: str, rows: Rows, wanted: Collection[str]) -> None:
+        self._where = where
+        self._count = len(rows.names)
+        self._columns = [(i, name) for i, name in enumerate(rows.names) if name in wanted]
+        self.names = tuple(name for _, name in self._columns)
+
+    def values(self, number: int, row: Sequence[str]) -> list[float]:
+        """Return the numbers of a row, NaN where they are missing.
+
+        Raises
+        ------
+        DataError
+            If there are fewer or more values than columns, or a wanted one is no number.
+        """
+        if len(row) != self._count:
+            _refuse(self._where, number, f"there are {len(row)} values; expected {self._count}, one a column")
+        return [self._number(number, name, row[i]) for i, name in self._columns]
+
+    def _number(self, number: int, name: str, text: str) -> float:
+        if _NUMBER.fullmatch(text):
+            value = float(text)
+            if not -LARGEST <= value <= LARGEST:
+                _refuse(self._where, number, f"{name} is {text[:40]}; allowed: magnitudes up to {LARGEST:g}")
+            return value
+        if text not in MISSING:
+            _refuse(self._where, number, f"{name} is {text[:40]!a}, which is not a number")
+        return np.nan
+
+
+def lines_of(path: Path) -> Iterator[tuple[int, bytes]]:
+    """Yield the lines of a file with their numbers, from 1.
+
+    Raises
+    ------
+    RequestError
+        If there is no such file, or it is too large.
+    DataError
+        If a line is too long.
+    """
     try:
         if path.exists() and not path.is_file():
             msg = f"{path}: is not a regular file"
@@ -156,12 +262,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
             msg = f"{path}: has {path.stat().st_size} bytes; allowed: up to {MAX_BYTES}"
             raise RequestError(msg)
         with path.open("rb") as file:
-            number = 0
-            while line := file.readline(MAX_LINE + 1):
-                number += 1
-                if len(line) > MAX_LINE:
-                    _refuse(path, number, f"the line is longer than {MAX_LINE} bytes")
-                yield number, _text(path, number, line)
+            yield from lines_from(str(path), file)
     except FileNotFoundError:
         msg = f"{path}: there is no such file"
         raise RequestError(msg) from None
@@ -170,16 +271,39 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
         raise RequestError(msg) from None
 
 
-def _text(path: Path, number: int, line: bytes) -> str:
+def lines_from(where: str, file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """Yield the lines of an open file with their numbers, from 1, each as soon as it is there.
+
+    Raises
+    ------
+    DataError
+        If a line is too long.
+    """
+    number = 0
+    while line := file.readline(MAX_LINE + 1):
+        number += 1
+        if len(line) > MAX_LINE:
+            _refuse(where, number, f"the line is longer than {MAX_LINE} bytes")
+        yield number, line
+
+
+def text_of(where: str, number: int, line: bytes) -> str:
+    """Return a line as text.
+
+    Raises
+    ------
+    DataError
+        If it is none.
+    """
     try:
         text = line.decode("utf-8-sig" if number == 1 else "utf-8")
     except UnicodeDecodeError:
-        _refuse(path, number, "is no text in UTF-8")
+        _refuse(where, number, "is no text in UTF-8")
     if "\0" in text:
-        _refuse(path, number, "holds a zero byte, so this is no text")
+        _refuse(where, number, "holds a zero byte, so this is no text")
     return text
 
 
-def _refuse(path: Path, number: int, reason: str) -> NoReturn:
-    msg = f"{path}:{number}: {reason}"
+def _refuse(where: str, number: int, reason: str) -> NoReturn:
+    msg = f"{where}:{number}: {reason}"
     raise DataError(msg)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from magsim.columns import TIME
+from magsim.columns import MAG, TIME
 from magsim.compensation.streaming.protocol import Estimate, Streamer
 from magsim.errors import DataError, RequestError
 
@@ -32,11 +32,15 @@ class Stream:
     columns : tuple of str
         What a row must have, in the order of ``push_values``; ``time_s`` is the first.
     lookahead_rows : int
+    sensor : str
+        The scalar magnetometer whose reading is compensated.
     rate_hz : float [Hz]
     """
 
-    def __init__(self, streamer: Streamer, *, reading: str, rate_hz: float) -> None:
+    def __init__(self, streamer: Streamer, *, sensor: str, rate_hz: float) -> None:
         self._streamer = streamer
+        self.sensor = sensor
+        reading = MAG.name(sensor=sensor)
         self.columns = tuple(dict.fromkeys((TIME, *streamer.columns, reading)))
         self.lookahead_rows = streamer.lookahead_rows
         self.rate_hz = rate_hz
