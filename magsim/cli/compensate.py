@@ -1,5 +1,6 @@
 """``magsim compensate``: a survey file, or lines as they come, with the compensated reading beside the others."""
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -132,7 +133,7 @@ def _reader_of_stdin(
 
     def read(write: Write) -> object:
         feed = compensating.LineFeed(stream, kind, mapping, write, lines=lines)
-        return feed.run(click.get_binary_stream("stdin"))
+        return feed.run(sys.stdin.buffer)
 
     return read
 
@@ -140,7 +141,7 @@ def _reader_of_stdin(
 def _write_stdin(read: Callable[[Write], object], output: Path | None, *, force: bool) -> None:
     """Write to standard output, each line at once, or to a file that is whole at the end or absent."""
     if output is None:
-        stdout = click.get_binary_stream("stdout")
+        stdout = sys.stdout.buffer
 
         def write(line: bytes) -> None:
             stdout.write(line)

@@ -15,7 +15,7 @@ from magsim.compensation.columns import require
 from magsim.compensation.explained import Explained
 from magsim.compensation.parameters import check_parameters, parameters_of, settings_model
 from magsim.compensation.saving import State
-from magsim.compensation.streaming import Feed, Stream, Streamer, WindowedStreamer
+from magsim.compensation.streaming import Feed, Stream, Streamer, make_stream
 from magsim.dataset import Data, Training, flights_of, read_training
 from magsim.errors import DataError, RequestError
 from magsim.recording import MissingColumnError, Recording
@@ -261,14 +261,7 @@ class Compensator(Explained):
             If the method is not fitted, needs rows without limit, or does not declare how many.
         """
         self.check_fitted()
-        known = self._fitted_on
-        if rate_hz is None and known is not None:
-            rate_hz = known.rate_hz
-        if rate_hz is None or not 0.0 < rate_hz < float("inf"):
-            msg = f"method {self.name}: rate_hz is {rate_hz}; a stream needs the rows a second, a number above 0"
-            raise RequestError(msg)
-        streamer = self._made_streamer(Feed(rate_hz, () if known is None else known.columns, start_utc))
-        return Stream(streamer, sensor=self.sensor_, rate_hz=rate_hz)
+        return make_stream(self, self.sensor_, self._fitted_on, rate_hz=rate_hz, start_utc=start_utc)
 
     @final
     def input_columns(self, available: Collection[str]) -> tuple[str, ...]:
@@ -290,21 +283,6 @@ class Compensator(Explained):
         own = None if self.lookahead_rows is None else self._streamer(known)
         names = [name for name in known.columns if name in available] if own is None else own.columns
         return tuple(name for name in names if name != columns.TIME)
-
-    def _made_streamer(self, feed: Feed) -> Streamer:
-        if self.lookahead_rows is None:
-            msg = f"method {self.name} needs rows that come later without limit (lookahead_rows is None): no stream"
-            raise RequestError(msg)
-        own = self._streamer(feed)
-        if own is not None:
-            return own
-        if self.memory_rows is None:
-            msg = (
-                f"method {self.name} does not declare how many rows before its own an estimate needs: it cannot be "
-                "streamed unless it sets memory_rows"
-            )
-            raise RequestError(msg)
-        return WindowedStreamer(self._estimate, feed, memory_rows=self.memory_rows, lookahead_rows=self.lookahead_rows)
 
     @property
     def is_fitted(self) -> bool:

@@ -2,6 +2,7 @@
 
 from magsim.compensation.streaming.columns import ColumnRows, FluxgateRows, TollesLawsonRows, rows_of
 from magsim.compensation.streaming.linear import ConstantStreamer, LinearStreamer
+from magsim.compensation.streaming.making import make_stream
 from magsim.compensation.streaming.protocol import Estimate, Feed, Streamer
 from magsim.compensation.streaming.stream import Stream
 from magsim.compensation.streaming.together import Together
@@ -19,5 +20,6 @@ __all__ = [
     "Together",
     "TollesLawsonRows",
     "WindowedStreamer",
+    "make_stream",
     "rows_of",
 ]

@@ -42,11 +42,23 @@ def compensate(
     Returns
     -------
     list of (n, 2) [nT]
+
+    Raises
+    ------
+    DataError
+        If no row gets an estimate.
     """
-    return [
-        compensated(compensator, survey, mask) if mask.any() else np.full((len(survey), 2), np.nan)
+    found = [
+        compensated(compensator, survey, mask) if lines is None or mask.any() else np.full((len(survey), 2), np.nan)
         for survey, mask in zip(surveys, picked(surveys, lines, option), strict=True)
     ]
+    if not any(np.isfinite(table[:, 1]).any() for table in found):
+        msg = (
+            f"{surveys[0].where}: no row gets an estimate; {compensator.name} gives none in the first "
+            f"{compensator.warmup_s:g} s of each piece without a gap"
+        )
+        raise DataError(msg)
+    return found
 
 
 def calibrate(
