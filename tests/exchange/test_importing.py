@@ -351,7 +351,7 @@ def test_a_survey_file_is_compensated_and_scored_without_truth(calibration, tmp_
     assert main(["info", str(target)]) == 0
     capsys.readouterr()
     assert main(["train", "tl16", str(target), "-o", str(tmp_path / "no"), "-q"]) == 2
-    assert "only the self-supervised methods (tl16_measured, tl18_measured, tl16_gradient)" in capsys.readouterr().err
+    assert "without truth a method is fitted to target 'measured', 'model', 'map'" in capsys.readouterr().err
     bare = tmp_path / "bare.h5"
     assert main(["import", str(whole), "-o", str(bare)]) == 0
     capsys.readouterr()
