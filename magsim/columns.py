@@ -147,19 +147,9 @@ SURFACE = Family(
 )
 
 COMPENSATED = Family(
-    "compensated_{sensor}_nt",
-    "input",
-    "nT",
-    "",
-    "Reading of a scalar magnetometer minus the interference that a method estimated (magsim compensate)",
+    "compensated_{sensor}_nt", "input", "nT", "", "Reading of a scalar magnetometer minus what a method removed from it"
 )
-REMOVED = Family(
-    "removed_{sensor}_nt",
-    "input",
-    "nT",
-    "",
-    "Interference that a method estimated: reading minus compensated reading (magsim compensate)",
-)
+REMOVED = Family("removed_{sensor}_nt", "input", "nT", "", "Interference that a method estimated and removed")
 
 INTERFERENCE = Family(
     "interference_{sensor}_nt",
