@@ -12,7 +12,7 @@ from magsim.errors import RequestError
 
 if TYPE_CHECKING:
     from magsim.compensation import Compensator
-    from magsim.exchange.compensating import Lines, SurveyFile
+    from magsim.exchange.compensating import PickedLines, SurveyFile
 
 FORMATS = ("recording", "mit", "sgl-xyz", "xyz", "csv")
 
@@ -27,8 +27,8 @@ FORMATS = ("recording", "mit", "sgl-xyz", "xyz", "csv")
     type=click.Path(path_type=Path),
     help="Default ./<name>_compensated.<ending>, or standard output.",
 )
-@click.option("--lines", metavar="LIST", help="Lines to compensate, as in 1001,1003-1010; default all rows.")
-@click.option("--calibrate", metavar="LIST", help="Lines to fit first: MODEL is then the name of a method.")
+@click.option("--lines", metavar="LIST", help="PickedLines to compensate, as in 1001,1003-1010; default all rows.")
+@click.option("--calibrate", metavar="LIST", help="PickedLines to fit first: MODEL is then the name of a method.")
 @click.option("--sensor", metavar="NAME", help="Scalar magnetometer to fit with --calibrate; default the first one.")
 @click.option("--save", metavar="FOLDER", type=click.Path(path_type=Path), help="Keep what --calibrate fitted.")
 @click.option(
@@ -96,7 +96,13 @@ def compensate(  # noqa: PLR0917 - the options
 
 
 def _read(
-    model: str, file: Path, *, kind: str | None, column_map: Path | None, lines: "Lines | None", sensor: str | None
+    model: str,
+    file: Path,
+    *,
+    kind: str | None,
+    column_map: Path | None,
+    lines: "PickedLines | None",
+    sensor: str | None,
 ) -> "tuple[Compensator, SurveyFile]":
     """Return the method, fitted on lines of the file if there are any, and the file."""
     from magsim.columns import MAG
@@ -119,7 +125,7 @@ Write = Callable[[bytes], object]
 
 
 def _reader_of_stdin(
-    model: str, kind: str, column_map: Path | None, *, lines: "Lines | None", rate_hz: float | None
+    model: str, kind: str, column_map: Path | None, *, lines: "PickedLines | None", rate_hz: float | None
 ) -> Callable[[Write], object]:
     """Return what compensates the lines of standard input as they come."""
     from magsim.compensation import load
@@ -160,10 +166,10 @@ def _write_stdin(read: Callable[[Write], object], output: Path | None, *, force:
     atomic_write(output, write_file, force=force)
 
 
-def _lines(text: str | None, option: str) -> "Lines | None":
-    from magsim.exchange.compensating import Lines
+def _lines(text: str | None, option: str) -> "PickedLines | None":
+    from magsim.exchange.compensating import PickedLines
 
-    return None if text is None else Lines.parse(text, option)
+    return None if text is None else PickedLines.parse(text, option)
 
 
 def _refuse(given: Mapping[str, object], options: Sequence[str], what: str) -> None:

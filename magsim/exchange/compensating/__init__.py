@@ -2,13 +2,13 @@
 
 from magsim.exchange.compensating.feed import LineFeed
 from magsim.exchange.compensating.files import calibrate, compensate
-from magsim.exchange.compensating.lines import Lines
+from magsim.exchange.compensating.lines import PickedLines
 from magsim.exchange.compensating.reading import SurveyFile, read_map, read_survey
 from magsim.exchange.compensating.writing import write_compensated
 
 __all__ = [
     "LineFeed",
-    "Lines",
+    "PickedLines",
     "SurveyFile",
     "calibrate",
     "compensate",

@@ -1,4 +1,4 @@
-"""Lines of a text as they come: one line in, one line out, as many rows later as the method looks ahead."""
+"""PickedLines of a text as they come: one line in, one line out, as many rows later as the method looks ahead."""
 
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -12,7 +12,7 @@ from magsim.compensation.streaming import Estimate, Stream
 from magsim.errors import DataError, RequestError
 from magsim.exchange import textfile
 from magsim.exchange.columnmap import ColumnMap, FieldMatch, match_fields
-from magsim.exchange.compensating.lines import Lines
+from magsim.exchange.compensating.lines import PickedLines
 from magsim.exchange.compensating.reading import restricted
 from magsim.exchange.compensating.writing import Appender, check_new, is_head, new_columns, row_parser
 from magsim.exchange.importing import converted
@@ -33,7 +33,7 @@ class _Waiting:
 
 
 class _Output:
-    """Lines in their order: behind a row that waits for its estimate, all wait.
+    """PickedLines in their order: behind a row that waits for its estimate, all wait.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class LineFeed:
     mapping : ColumnMap
     write : callable
         Takes each line of the answer.
-    lines : Lines, optional
+    lines : PickedLines, optional
         Rows on other lines get no values.
     """
 
@@ -95,7 +95,7 @@ class LineFeed:
         mapping: ColumnMap,
         write: Callable[[bytes], object],
         *,
-        lines: Lines | None = None,
+        lines: PickedLines | None = None,
     ) -> None:
         self._stream = stream
         self._kind, self._mapping, self._lines = kind, mapping, lines
@@ -106,7 +106,7 @@ class LineFeed:
         self._picked: textfile.PickedColumns | None = None
         self._match: FieldMatch | None = None
         self._held: list[tuple[int, bytes]] = []
-        """Lines before the first row of an XYZ text: which of them names the columns is not known yet."""
+        """PickedLines before the first row of an XYZ text: which of them names the columns is not known yet."""
         self._place: tuple[float, ...] = ()
         self._last_s = -np.inf
         self._is_checked = False

@@ -8,12 +8,12 @@ import numpy as np
 from magsim import columns
 from magsim.compensation import Compensator
 from magsim.errors import DataError, RequestError
-from magsim.exchange.compensating.lines import Lines
+from magsim.exchange.compensating.lines import PickedLines
 from magsim.exchange.compensating.survey import Survey, check_channels, compensated
 from magsim.recording import Recording
 
 
-def picked(surveys: Sequence[Survey], lines: Lines | None, option: str) -> list[np.ndarray]:
+def picked(surveys: Sequence[Survey], lines: PickedLines | None, option: str) -> list[np.ndarray]:
     """Return the rows of each survey that are on lines, (n,) bool; all without lines.
 
     Raises
@@ -35,7 +35,7 @@ def picked(surveys: Sequence[Survey], lines: Lines | None, option: str) -> list[
 
 
 def compensate(
-    compensator: Compensator, surveys: Sequence[Survey], lines: Lines | None, option: str
+    compensator: Compensator, surveys: Sequence[Survey], lines: PickedLines | None, option: str
 ) -> list[np.ndarray]:
     """Compensate the rows on lines; see ``compensated``.
 
@@ -62,7 +62,7 @@ def compensate(
 
 
 def calibrate(
-    compensator: Compensator, surveys: Sequence[Survey], lines: Lines, sensor: str | None, option: str
+    compensator: Compensator, surveys: Sequence[Survey], lines: PickedLines, sensor: str | None, option: str
 ) -> Compensator:
     """Fit a method on lines; rows are learned whole, whatever a column ``split`` says.
 

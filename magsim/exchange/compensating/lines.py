@@ -14,10 +14,10 @@ SHOWN = 20
 
 
 @dataclass(frozen=True)
-class Lines:
+class PickedLines:
     """Numbers of lines, single ones and ranges with both ends.
 
-    Lines differ by hundredths: 1002.1 and 1002.10 are one.
+    PickedLines differ by hundredths: 1002.1 and 1002.10 are one.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Lines:
     ranges: tuple[tuple[int, int], ...]
 
     @classmethod
-    def parse(cls, text: str, option: str) -> "Lines":
+    def parse(cls, text: str, option: str) -> "PickedLines":
         """Read ``1001,1003-1010``.
 
         Raises

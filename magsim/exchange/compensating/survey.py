@@ -9,7 +9,7 @@ import numpy as np
 from magsim import columns
 from magsim.compensation import Compensator
 from magsim.errors import DataError, RequestError
-from magsim.exchange.compensating.lines import Lines, shown
+from magsim.exchange.compensating.lines import PickedLines, shown
 from magsim.exchange.importing import SHORTEST_S, TIME_DIGITS
 from magsim.recording import Recording
 from magsim.recording.channels import problems_of
@@ -53,7 +53,7 @@ class Survey:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def picked(self, lines: Lines | None, option: str) -> np.ndarray:
+    def picked(self, lines: PickedLines | None, option: str) -> np.ndarray:
         """Return which rows are on lines, (n,) bool; all without lines.
 
         Raises
