@@ -49,6 +49,7 @@ _REGISTRY: dict[str, Entry] = {
     # the best of paper 002: order 3, with the height
     "tl16_gradient": Entry(_TOLLES_LAWSON, {"terms": 16, "target": "measured"}, {"order": 3, "vertical": True}),
     "tolles_lawson": Entry(_TOLLES_LAWSON),
+    "vector_tl": Entry("magsim.compensation.vector_tl:VectorTollesLawson"),
     "magtcn": Entry("magsim.compensation.networks:MagTCNCompensator"),
     "bp": Entry("magsim.compensation.networks:BPCompensator"),
 }

@@ -1,0 +1,124 @@
+"""Vector Tolles-Lawson: the platform's field as a vector, taken from the field vector, by nonlinear least squares.
+
+    B      = u B_t                               direction of the fluxgate, length of the scalar reading
+    Ba     = a + b B + c dB/dt [+ d d2B/dt2]     3 + 9 + 9 [+ 9] coefficients
+    I      = B_t - |B - Ba|
+
+It keeps the second order that the projection of Tolles-Lawson leaves, and is exact where fluxgate and scalar sensor are
+in one place. Elsewhere it is no better than Tolles-Lawson, or worse: it takes the direction that the fluxgate sees for
+that of the field at the sensor.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from magsim.columns import FLUX, MAG
+from magsim.compensation.base import Compensator, FitContext
+from magsim.compensation.columns import Derivative, pick_fluxgate
+from magsim.compensation.columns.direction import direction_cosines, time_derivative
+from magsim.compensation.saving import State
+from magsim.compensation.targets import TARGETS, reading, reading_rows
+from magsim.compensation.vector_fit import LABEL_WEIGHT, READING_WEIGHT, VectorFit, VectorRows, fit_vector
+from magsim.dataset import Training
+from magsim.recording import Recording
+
+
+class VectorTollesLawson(Compensator):
+    """The platform's field as a vector, from the fluxgate's direction and the scalar reading's length.
+
+    Validation rows are fitted as well. The reading is an input: an anomaly in it passes, since |B - Ba| follows it.
+
+    Parameters
+    ----------
+    target : {"interference", "measured"}
+        The label; or the reading, whose clean field then counts as constant.
+    second_derivative : bool
+        Fit the second derivative of the field too: the lag of eddy currents, to first order.
+    fluxgate : str, optional
+        The first one of the first recording if not given.
+    derivative : {"spline", "central"}
+        How the field vector is differentiated by time. A spline looks ahead without limit; central differences need one
+        row, or two with the second derivative.
+
+    Attributes
+    ----------
+    fit_ : VectorFit
+    """
+
+    name = "vector_tl"
+    requires = (FLUX.pattern, MAG.pattern)
+
+    def __init__(
+        self,
+        *,
+        target: Literal["interference", "measured"] = "interference",
+        second_derivative: bool = False,
+        fluxgate: str | None = None,
+        derivative: Derivative = "spline",
+    ) -> None:
+        self.target = target
+        self.second_derivative = second_derivative
+        self.fluxgate = fluxgate
+        self.derivative = derivative
+
+    @property
+    def lookahead_rows(self) -> int | None:  # type: ignore[override]
+        """As many rows as there are derivatives, for central differences; without limit for a spline."""
+        return None if self.derivative == "spline" else 1 + self.second_derivative
+
+    @property
+    def memory_rows(self) -> int | None:  # type: ignore[override]
+        """As many rows as are looked ahead."""
+        return self.lookahead_rows
+
+    def learn(self, training: Training, context: FitContext) -> None:
+        """Fit; see ``Compensator.learn``."""
+        recordings = reading_rows(training.recordings, training.sensor)
+        target = TARGETS[self.target]
+        self._fluxgate = pick_fluxgate(recordings, self.fluxgate)
+        self._sensor = training.sensor
+        rows = []
+        for recording in recordings:
+            values = target.values(recording, training.sensor)
+            scalar = reading(recording, training.sensor)
+            reference = np.full(len(scalar), scalar.mean()) if target.measured else scalar - values
+            rows.append(VectorRows(recording.time_s, self._vectors(recording), reference))
+        self._fit = fit_vector(rows, READING_WEIGHT if target.measured else LABEL_WEIGHT)
+
+    def estimate(self, recording: Recording) -> np.ndarray:
+        """Return reading minus clean length, (n,) [nT]; no warm-up."""
+        return recording[MAG.name(sensor=self._sensor)] - self._fit.clean(self._vectors(recording))
+
+    def _vectors(self, recording: Recording) -> tuple[np.ndarray, ...]:
+        """Return the field vector and its derivatives, (n, 3) each."""
+        cosines, _ = direction_cosines(recording, self._fluxgate)
+        found = [cosines * reading(recording, self._sensor)[:, None]]
+        for _ in range(1 + self.second_derivative):
+            found.append(time_derivative(found[-1], recording.time_s, self.derivative))
+        return tuple(found)
+
+    @property
+    def fit_(self) -> VectorFit:
+        """Coefficients and the residual of the fit."""
+        self.check_fitted()
+        return self._fit
+
+    def state(self) -> State:
+        """Return coefficients and names; see ``Compensator.state``."""
+        fit = self._fit
+        values = {"fluxgate": self._fluxgate, "sensor": self._sensor, "residual_nt": fit.residual_nt}
+        return State(values, {"permanent_nt": fit.permanent_nt, "matrices": fit.matrices})
+
+    def set_state(self, state: State) -> None:
+        """Take back what ``state`` returned."""
+        values: Mapping[str, Any] = state.values
+        shapes = {"permanent_nt": (3,), "matrices": (2 + self.second_derivative, 3, 3)}
+        arrays = {name: np.asarray(state.arrays[name], dtype=float) for name in shapes}
+        for name, shape in shapes.items():
+            if arrays[name].shape != shape:
+                msg = f"{name} has shape {arrays[name].shape}, expected {shape}"
+                raise ValueError(msg)
+        self._fluxgate, self._sensor = str(values["fluxgate"]), str(values["sensor"])
+        self._fit = VectorFit(**arrays, residual_nt=float(values["residual_nt"]))
