@@ -19,10 +19,12 @@ from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.columns import Derivative, pick_fluxgate
 from magsim.compensation.columns.direction import direction_cosines, time_derivative
 from magsim.compensation.saving import State
-from magsim.compensation.targets import TARGETS, reading, reading_rows
+from magsim.compensation.targets import KnownField, Label, Reading, Target, reading, reading_rows, rows_to_fit
 from magsim.compensation.vector_fit import LABEL_WEIGHT, READING_WEIGHT, VectorFit, VectorRows, fit_vector
 from magsim.dataset import Training
 from magsim.recording import Recording
+
+TARGETS: dict[str, Target] = {"interference": Label(), "measured": Reading(), "model": KnownField()}
 
 
 class VectorTollesLawson(Compensator):
@@ -32,8 +34,9 @@ class VectorTollesLawson(Compensator):
 
     Parameters
     ----------
-    target : {"interference", "measured"}
-        The label; or the reading, whose clean field then counts as constant.
+    target : {"interference", "measured", "model"}
+        The label; or without labels, the clean field taken for constant, or for the model of the main field and a
+        constant.
     second_derivative : bool
         Fit the second derivative of the field too: the lag of eddy currents, to first order.
     fluxgate : str, optional
@@ -53,7 +56,7 @@ class VectorTollesLawson(Compensator):
     def __init__(
         self,
         *,
-        target: Literal["interference", "measured"] = "interference",
+        target: Literal["interference", "measured", "model"] = "interference",
         second_derivative: bool = False,
         fluxgate: str | None = None,
         derivative: Derivative = "spline",
@@ -75,15 +78,17 @@ class VectorTollesLawson(Compensator):
 
     def learn(self, training: Training, context: FitContext) -> None:
         """Fit; see ``Compensator.learn``."""
-        recordings = reading_rows(training.recordings, training.sensor)
         target = TARGETS[self.target]
+        known = rows_to_fit(target, training, self.name)
+        recordings = reading_rows(known, training.sensor)
         self._fluxgate = pick_fluxgate(recordings, self.fluxgate)
         self._sensor = training.sensor
         rows = []
         for recording in recordings:
-            values = target.values(recording, training.sensor)
             scalar = reading(recording, training.sensor)
-            reference = np.full(len(scalar), scalar.mean()) if target.measured else scalar - values
+            reference = scalar - target.values(recording, training.sensor)
+            if target.measured:
+                reference += (scalar - reference).mean()
             rows.append(VectorRows(recording.time_s, self._vectors(recording), reference))
         self._fit = fit_vector(rows, READING_WEIGHT if target.measured else LABEL_WEIGHT)
 

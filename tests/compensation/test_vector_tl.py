@@ -13,6 +13,7 @@ from magsim.compensation import create, load, vector_fit
 from magsim.compensation.vector_fit import VectorProblem, VectorRows, fit_vector
 from magsim.errors import DataError, RequestError
 from tests.support import scores
+from tests.support.surveys import model
 from tests.support.worlds import EDDY_S, INDUCED, PERMANENT_NT, VECTOR, World, calibration, parts
 
 QUIET = replace(VECTOR, mag_noise_nt=0.0, flux_noise_nt=0.0)
@@ -78,6 +79,21 @@ def test_without_labels_a_uniform_field_is_as_good():
     _, test, label = fitted(QUIET)
     _, _, measured = fitted(QUIET, target="measured")
     assert ratio(test, measured) > 0.8 * ratio(test, label)
+
+
+def test_without_labels_the_model_field_stands_in_for_the_clean_one():
+    """The strength of IGRF in place of the world's constant one: in band it changes with the height."""
+    world = calibration(QUIET)
+    recording = replace(
+        world, data={**world.data, "mag_cabin_nt": world["mag_cabin_nt"] - world["clean_cabin_nt"] + model(world)}
+    )
+    test = recording.where(split="test")
+    ratios = {}
+    for target in ("measured", "model"):
+        method = create("vector_tl", target=target).fit(recording)
+        ratios[target] = ratio(test, test["interference_cabin_nt"] - method.interference(test))
+    assert ratios["model"] > 3000.0
+    assert ratios["measured"] < 0.5 * ratios["model"]
 
 
 @pytest.mark.parametrize("second", [False, True])
