@@ -57,8 +57,10 @@ _EXPORTS = {
     "load_aircraft": "magsim.aircraft",
     "simulate": "magsim.simulation",
     "Compensator": "magsim.compensation",
+    "CheckReport": "magsim.compensation",
     "FitContext": "magsim.compensation",
     "TollesLawson": "magsim.compensation",
+    "check_compensator": "magsim.compensation",
     "Report": "magsim.benchmark",
     "evaluate": "magsim.benchmark",
     "read_recordings": "magsim.recording",
@@ -66,6 +68,7 @@ _EXPORTS = {
 
 __all__ = [
     "Aircraft",
+    "CheckReport",
     "Compensator",
     "Dataset",
     "FitContext",
@@ -74,6 +77,7 @@ __all__ = [
     "Scenario",
     "TollesLawson",
     "__version__",
+    "check_compensator",
     "evaluate",
     "load_aircraft",
     "load_scenario",

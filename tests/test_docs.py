@@ -38,7 +38,7 @@ def test_the_own_compensator_of_the_page_can_be_scored(calibration, monkeypatch,
     from magsim.compensation import registry
 
     monkeypatch.setattr(registry, "_REGISTRY", dict(registry._REGISTRY))
-    text = (ROOT / "docs" / "compensators.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
     example = tmp_path / "mine.py"
     (code,) = (block for block in re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL) if "class Mine" in block)
     example.write_text(code, encoding="utf-8")
