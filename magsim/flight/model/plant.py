@@ -6,6 +6,7 @@ interpreter lock while it steps, so threads gain nothing; processes do.
 
 import math
 import struct
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import jsbsim
@@ -61,22 +62,29 @@ class Plant:
         Room for the log: a column for each of ``CHANNELS``, as JSBSim gives it; times ``TO_SI`` it is SI.
     last : int
         Number of the last logged row; row 0 is the start.
+    time_s : float
+        Time since the start.
+    limits : tuple of arrays
+        What rows are checked against, from ``limits_of``.
+    ground_m : float
+        Height of the ground below the aircraft.
     """
 
     def __init__(self, facts: Facts, setup: PlantSetup, coupled: HookLoad | None = None) -> None:
         self._fdm = start(facts, setup)
         self._run = self._fdm.run
         self._step_s = 1.0 / setup.step_hz
-        self._steps = 0
+        self._steps, self.time_s = 0, 0.0
         manager = self._fdm.get_property_manager()
         self._nodes = [_logged(manager, name) for _, name, _ in CHANNELS]
         self._writers = {name: node_of(manager, name).set_double_value for name in (*INPUTS, *setup.weather.inputs)}
-        self._limits = limits_of(facts)
+        self.limits = limits_of(facts)
         self._set_ground = node_of(manager, "position/terrain-elevation-asl-ft").set_double_value
         self._fuel = node_of(manager, "propulsion/total-fuel-lbs").get_double_value
-        self._ground_m = setup.ground_m
+        self.ground_m = setup.ground_m
         self._clock_s = self._fdm["simulation/sim-time-sec"]
         self.rows = np.zeros((ROWS_AT_ONCE, len(CHANNELS)))
+        self._bytes = self.rows.data.cast("B")
         self.rows[0] = [*map(READ, self._nodes)]
         self.last = 0
         strength = setup.weather.turbulence
@@ -89,11 +97,6 @@ class Plant:
             coupled.begin(self._state())
 
     @property
-    def time_s(self) -> float:
-        """Time since the start [s]."""
-        return self._steps * self._step_s
-
-    @property
     def clock_s(self) -> float:
         """The same moment on JSBSim's clock [s]."""
         return self._clock_s + self.time_s
@@ -104,19 +107,28 @@ class Plant:
         return self.rows[self.last].tolist()
 
     def run(self, steps: int, rows: int = 1) -> np.ndarray:
-        """Fly some times a number of steps, and log a row after each time; return the last one, (c,).
+        """Fly some times a number of steps, log a row after each time, and check them; return the last one, (c,).
 
         Raises
         ------
         DataError
             If the flight has diverged, touched the ground or left the flight model's envelope.
         """
+        first = self.last + 1
+        self.advance(steps, rows)
+        bad, trouble = first_outside(self.rows, first, self.last, *self.limits, self.ground_m)
+        if trouble:
+            raise self.trouble(bad, trouble, steps)
+        return self.rows[self.last]
+
+    def advance(self, steps: int, rows: int) -> None:
+        """Fly as ``run`` does, without the checks."""
         if self.last + rows >= len(self.rows):
             self.rows = np.concatenate([self.rows, np.zeros_like(self.rows)])
-        run, nodes, pack = self._run, self._nodes, ROW.pack_into
+            self._bytes = self.rows.data.cast("B")
+        run, nodes, pack, table = self._run, self._nodes, ROW.pack_into, self._bytes
         alone = self._coupled is None and self._turbulence is None
-        table, first = self.rows.data.cast("B"), self.last + 1
-        for number in range(first, first + rows):
+        for number in range(self.last + 1, self.last + 1 + rows):
             if alone:
                 for _ in range(steps):
                     run()
@@ -125,12 +137,14 @@ class Plant:
                     self._step()
             pack(table, number * ROW.size, *map(READ, nodes))
         self.last += rows
-        bad, trouble = first_outside(self.rows, first, self.last, *self._limits, self._ground_m)
-        self._steps += steps * (bad - first + 1)
-        if trouble:
-            self.last = bad
-            raise FlightTroubleError(TROUBLES[trouble], self.row, self.time_s)
-        return self.rows[bad]
+        self._steps += steps * rows
+        self.time_s = self._steps * self._step_s
+
+    def trouble(self, row: int, code: int, steps: int) -> "FlightTroubleError":
+        """Go back to a row that is outside of the limits, so many steps after the one before; return what is wrong."""
+        self._steps -= steps * (self.last - row)
+        self.last, self.time_s = row, self._steps * self._step_s
+        return FlightTroubleError(TROUBLES[code], self.row, self.time_s)
 
     def _step(self) -> None:
         """Fly a step through turbulence, or with a load on the hook."""
@@ -160,7 +174,7 @@ class Plant:
 
     def ground(self, height_m: float) -> None:
         """Set the height of the ground below the aircraft, above the ellipsoid."""
-        self._ground_m = height_m
+        self.ground_m = height_m
         self._set_ground(height_m / FT)
 
     def value(self, name: str) -> float:
@@ -175,6 +189,10 @@ class Plant:
     def command(self, name: str, value: float) -> None:
         """Write a command or set point of the autopilot."""
         self._writers[name](value)
+
+    def writers(self, names: Sequence[str]) -> list[Callable[[float], object]]:
+        """Return what writes each of some commands or set points."""
+        return [self._writers[name] for name in names]
 
 
 class FlightTroubleError(DataError):

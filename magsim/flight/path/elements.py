@@ -168,7 +168,7 @@ def tables_of(path: Sequence[Element]) -> tuple[np.ndarray, np.ndarray]:
     for row, element in zip(elements, path, strict=True):
         north, east, course, _ = element.start
         row["length_m"], row["north_m"], row["east_m"], row["course"] = element.length_m, north, east, course
-        row["cos"], row["sin"] = math.cos(course), math.sin(course)
+        row["cos"], row["sin"], row["turn"] = math.cos(course), math.sin(course), element.turn
         if isinstance(element, Straight):
             continue
         shape = element.shape

@@ -20,9 +20,11 @@ ELEMENT = np.dtype(
         ("angle", "f8"),
         ("first", "i8"),
         ("last", "i8"),
+        ("turn", "?"),
     ]
 )
-"""An element of a path: its start and course, and of a turn its side (a straight has 0), shape, and rows of points."""
+"""An element of a path: its start and course, and of a turn its side (a straight has 0), shape, and rows of points.
+``turn`` is that of its label: what lies between two legs may have straights."""
 
 
 @compiled

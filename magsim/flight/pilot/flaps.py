@@ -45,32 +45,45 @@ class FlapSchedule:
     Parameters
     ----------
     moves : sequence of FlapMove
+
+    Attributes
+    ----------
+    made : set of int
+        Numbers of the moves that have been made.
+    next_s : float
+        When the next move is due, as far as that is known; infinite if none is.
     """
 
     def __init__(self, moves: Sequence[FlapMove]) -> None:
         self._moves = tuple(moves)
         self._due: list[tuple[float, int]] = []
         self.made: set[int] = set()
+        self.next_s = math.inf
 
     def begin(self, zero_s: float) -> None:
         """Set the time of the first row on the plant's clock."""
         self._due += [(move.at_s + zero_s, i) for i, move in enumerate(self._moves) if move.at_s is not None]
-        self._due.sort()
+        self._look()
 
     def entered(self, circuit: int, leg: int, time_s: float) -> None:
         """Record a leg that has been entered, and when."""
         for i, move in enumerate(self._moves):
             if (move.circuit, move.leg) == (circuit, leg):
                 self._due.append((time_s + move.after_s, i))
-        self._due.sort()
+        self._look()
 
     def setting(self, time_s: float) -> float | None:
         """Return the lever's new setting [rad] if it is to be moved by a time, else None."""
-        due, found = self._due, None
-        while due and due[0][0] <= time_s:
-            found = due.pop(0)[1]
+        found = None
+        while self.next_s <= time_s:
+            found = self._due.pop(0)[1]
             self.made.add(found)
+            self._look()
         return None if found is None else math.radians(self._moves[found].deflection_deg)
+
+    def _look(self) -> None:
+        self._due.sort()
+        self.next_s = self._due[0][0] if self._due else math.inf
 
     def check(self) -> None:
         """Check that every move has been made.

@@ -57,10 +57,12 @@ class FlightMonitor:
     ----------
     watched : (4,) of WATCHED
         The controls.
+    tolerance_m : float
+        Largest distance from a leg's line.
     """
 
     def __init__(self, facts: Facts, settings: FlightSettings, speed_mps: float, tick_s: float) -> None:
-        self._limit_m = settings.leg_tolerance_m
+        self.tolerance_m = settings.leg_tolerance_m
         controls = facts.controls
         travels = {name: getattr(controls, name).travel.value for name in CONTROLS[:-1]} | {"throttle": (0.0, 1.0)}
         self.watched = np.zeros(len(CONTROLS), WATCHED)
@@ -91,12 +93,12 @@ class FlightMonitor:
 
     def line(self, element: Element, off_m: float) -> str:
         """Describe a distance from an element of the path, positive to the right, that is too large; empty if not."""
-        if element.turn or abs(off_m) <= self._limit_m:
+        if not is_missed(element.turn, off_m, self.tolerance_m):
             return ""
         side = "right" if off_m > 0.0 else "left"
         return (
             f"missed leg {element.leg} of circuit {element.circuit}: {abs(off_m):.0f} m to the {side} of its line, "
-            f"allowed {self._limit_m:g} m,"
+            f"allowed {self.tolerance_m:g} m,"
         )
 
 
@@ -120,3 +122,9 @@ def first_stuck(watched: np.ndarray, row: np.ndarray) -> int:
         if control.ticks * control.tick_s > control.allowed_s:
             return number
     return -1
+
+
+@compiled
+def is_missed(turn: bool, off_m: float, tolerance_m: float) -> bool:
+    """Whether a distance from an element of the path is too large; in a turn any is allowed."""
+    return not (turn or abs(off_m) <= tolerance_m)

@@ -11,8 +11,9 @@ from magsim.aircraft.facts import Facts
 from magsim.earth.atmosphere import standard_density
 from magsim.earth.wgs84 import ecef_from_geodetic, geodetic_from_ecef, rot_ne_at
 from magsim.flight.model.aero import bank_below_stall
-from magsim.flight.model.autopilot import RAMP_START, RAMPED
+from magsim.flight.model.autopilot import RAMPED
 from magsim.flight.model.channels import TO_SI
+from magsim.flight.model.envelope import TROUBLES
 from magsim.flight.model.plant import FlightTroubleError, HookLoad, Plant
 from magsim.flight.model.setup import PlantSetup
 from magsim.flight.model.turbulence import NODE_HZ
@@ -29,7 +30,7 @@ from magsim.flight.pilot.log import Log
 from magsim.flight.pilot.monitor import WATCHED, FlightMonitor
 from magsim.flight.pilot.response import LoopResponse
 from magsim.flight.pilot.steering import TICK_HZ, wrap
-from magsim.flight.pilot.swings import SwingCommands
+from magsim.flight.pilot.swings import TICK_S, SwingCommands
 from magsim.flight.pilot.ticks import ORDERS
 from magsim.flight.pilot.trains import SineTrain, trains_of_leg
 from magsim.scenario import FlapMove, LegPattern
@@ -50,6 +51,10 @@ ENTRY_S = 10.0
 
 AHEAD_TICKS = 10
 """The ground is looked up for so many ticks at once, along the straight line ahead."""
+
+
+GUST_LEAD_S = 1.5 / TICK_HZ
+"""A gust is passed on so long before it begins: on the last tick before it, or the one before that."""
 
 
 class Pilot:
@@ -89,6 +94,8 @@ class Pilot:
     log_hz : int
     planned : list of (float, float)
         Time of each tick [s] and planned height there [m]; empty without a plan.
+    finished_s : float or None
+        When the end of the path was passed; None before.
     """
 
     def __init__(
@@ -120,7 +127,7 @@ class Pilot:
         most_bank = bank_below_stall(facts, setup.speed_mps, float(standard_density(highest_m)), LIFT_PART)
         gusty = setup.weather.turbulence is not None
         self.guidance = Guidance(path, facts, along_m, most_bank, gusty=gusty)
-        self._finished_s = math.nan
+        self.finished_s: float | None = None
         self.trains: list[SineTrain] = list(trains)
         self._swings = SwingCommands()
         self._swings.add(trains, response[0])
@@ -134,11 +141,13 @@ class Pilot:
         self._seen, self._seed = 0, seed
         self._targets = np.zeros((len(RAMPED), 2))
         self._which, self._values = np.zeros(len(ORDERS), dtype=int), np.zeros(len(ORDERS))
+        self._writers, self._checked = self.plant.writers(ORDERS), self.plant.last
         self._watched = np.zeros(0, WATCHED) if monitor is None else monitor.watched
         self._monitor, self._gusts = monitor, GustSchedule(setup.weather)
         self.flaps = FlapSchedule(flaps)
         memory = self.guidance.memory
         memory["grid"], memory["turned"] = setup.grid, self._convergence()
+        memory["tolerance_m"] = math.inf if monitor is None else monitor.tolerance_m
         self._planned_s = -along_m / max(1.0, ground_speed(setup.speed_mps, setup.course, setup.local_wind_mps))
 
     def fly(self, done: Callable[["Pilot"], bool], tick: Callable[["Pilot"], None] | None = None) -> Log:
@@ -147,71 +156,82 @@ class Pilot:
         plant, steps = self.plant, self._steps_per_row
         self._guide()
         while not done(self):
-            plant.run(steps, rows_per_tick)
+            plant.advance(steps, rows_per_tick)
             self._guide()
             if tick is not None:
                 tick(self)
         table = plant.rows[: plant.last + 1] * TO_SI
         return Log(np.arange(len(table)) / self.log_hz, table)
 
-    @property
-    def finished_s(self) -> float | None:
-        """When the end of the path was passed; None before."""
-        return None if math.isnan(self._finished_s) else self._finished_s
-
     def _guide(self) -> None:
-        plant, guidance = self.plant, self.guidance
-        time, command = plant.time_s, plant.command
-        if self._ground is not None:
-            if not self._below:
-                self._below = self._look_ahead(self._ground)
-            plant.ground(self._below.pop())
-        self._choose_trains(time)
-        count, stuck, crossed, self._finished_s, index, along_m, off_m, speed = ticks.tick(
+        plant, guidance, swings = self.plant, self.guidance, self._swings
+        time, last = plant.time_s, plant.last
+        if swings.next_s < time + TICK_S or time >= self._over_s:
+            self._choose_trains(time)
+        told, detail, count, index, along_m, speed = ticks.tick(
             guidance.memory,
             guidance.elements,
             guidance.points,
             guidance.crossed_s,
             self._plane.table,
             *self._flown,
+            *swings.table,
+            swings.last,
             self._targets,
             self._watched,
+            *plant.limits,
             plant.rows,
-            plant.last,
+            self._checked + 1,
+            last,
+            plant.ground_m,
             time,
+            plant.clock_s,
             self._which,
             self._values,
         )
-        if self._monitor is not None:
-            trouble = self._monitor.line(self.path[index], off_m) if crossed else ""
-            if stuck >= 0 or trouble:
-                trouble = self._monitor.stuck(stuck, plant.row) if stuck >= 0 else trouble
-                raise FlightTroubleError(trouble, plant.row, time)
-        if crossed > self._seen:
-            self._plan_legs(guidance.crossings)
-        elif not crossed:
-            self._expect_first_row(time, along_m, speed)
-        for name, setting in self._gusts.due(time + 1.5 / TICK_HZ):
-            command(name, setting)
-        flaps = self.flaps.setting(time)
-        if flaps is not None:
-            command("ap/flap-rad", flaps)
-        command(RAMP_START, plant.clock_s)
-        for name, value in self._swings.commands(time):
-            command(name, value)
+        self._checked = last
+        if told:
+            self._note(told, detail, speed)
+        if self._ground is not None:
+            if not self._below:
+                self._below = self._look_ahead(self._ground)
+            plant.ground(self._below.pop())
+        if self._gusts.next_s <= time + GUST_LEAD_S:
+            for name, value in self._gusts.due(time + GUST_LEAD_S):
+                plant.command(name, value)
+        if self.flaps.next_s <= time:
+            setting = self.flaps.setting(time)
+            if setting is not None:
+                plant.command("ap/flap-rad", setting)
         if self._heights is not None:
             count = self._climb(self._heights, time, self._before_m[index] + along_m, speed, count)
-        orders, values = ORDERS, self._values[:count].tolist()
+        writers, values = self._writers, self._values[:count].tolist()
         for number, value in zip(self._which[:count].tolist(), values, strict=True):
-            command(orders[number], value)
+            writers[number](value)
 
     def _choose_trains(self, time_s: float) -> None:
         """Keep the trains that are flown at a time, with those that begin."""
         begun = self._swings.begun(time_s)
-        if begun or time_s >= self._over_s:
-            self._flying = [train for train in self._flying if not train.over(time_s)] + begun
-            self._over_s = min((train.over_s for train in self._flying), default=math.inf)
-            self._flown = table_of([train.placed for train in self._flying])
+        self._flying = [train for train in self._flying if not train.over(time_s)] + begun
+        self._over_s = min((train.over_s for train in self._flying), default=math.inf)
+        self._flown = table_of([train.placed for train in self._flying])
+
+    def _note(self, told: int, detail: int, speed: float) -> None:
+        """Do what a tick tells."""
+        plant, monitor, guidance, time = self.plant, self._monitor, self.guidance, self.plant.time_s
+        if told & ticks.OUTSIDE:
+            raise plant.trouble(*divmod(detail, len(TROUBLES)), self._steps_per_row)
+        if monitor is not None and told & (ticks.STUCK | ticks.MISSED):
+            stuck = told & ticks.STUCK
+            element, off_m = self.path[guidance.index], guidance.off_m
+            trouble = monitor.stuck(detail, plant.row) if stuck else monitor.line(element, off_m)
+            raise FlightTroubleError(trouble, plant.row, time)
+        if told & ticks.FINISHED:
+            self.finished_s = guidance.finished_s
+        if told & ticks.ENTERED:
+            self._plan_legs(guidance.crossings)
+        elif told & ticks.BEFORE:
+            self._expect_first_row(time, guidance.along_m, speed)
 
     def _climb(self, heights: HeightPlan, time_s: float, along_m: float, speed: float, count: int) -> int:
         """Command the planned height of the next tick, and the planned climb one delay of the loops ahead of it."""

@@ -60,6 +60,7 @@ MEMORY = np.dtype(
         ("weathercock", "f8"),
         ("most_bank", "f8"),
         ("gusty", "?"),
+        ("tolerance_m", "f8"),
         # where the aircraft is on the path, and how far it has come
         ("along_m", "f8"),
         ("off_m", "f8"),

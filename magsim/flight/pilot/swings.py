@@ -100,15 +100,24 @@ class _Waiting(NamedTuple):
 
 
 class SwingCommands:
-    """Trains in time: which are flown, and what the autopilot is commanded for them."""
+    """Trains in time: which of them begin, and the swings that ``cubics`` commands.
+
+    Attributes
+    ----------
+    next_s : float
+        When the next swing begins to rise; infinite if none waits.
+    table : (arrays)
+        Swings that have begun, from ``table_of``.
+    last : (3, 3)
+        Angle [rad] and rate [rad/s] that each axis has come to, and whether it rests.
+    """
 
     def __init__(self) -> None:
         self._waiting: list[_Waiting] = []
         self._moving: list[Swing] = []
-        self._table = table_of([])
-        self._last = np.array([(0.0, 0.0, 1.0)] * len(AXES))
-        self._rests = True
-        self._which, self._values = np.zeros(len(ORDERS), dtype=int), np.zeros(len(ORDERS))
+        self.next_s = math.inf
+        self.table = table_of([])
+        self.last = np.array([(0.0, 0.0, 1.0)] * len(AXES))
 
     def add(self, trains: Sequence[SineTrain], response: LoopResponse) -> None:
         """Put trains in the order in which they begin."""
@@ -116,43 +125,56 @@ class SwingCommands:
             swings = swings_of(train, response)
             self._waiting.append(_Waiting(min(swing.begin_s for swing in swings), train, swings))
         self._waiting.sort(key=lambda waiting: waiting.begin_s)
+        self._look()
 
     def begun(self, time_s: float) -> list[SineTrain]:
         """Return the trains whose last tick before they begin to rise this is."""
         out: list[SineTrain] = []
-        while self._waiting and self._waiting[0].begin_s < time_s + TICK_S:
+        while self.next_s < time_s + TICK_S:
             _, train, swings = self._waiting.pop(0)
             self._moving = [swing for swing in self._moving if swing.end_s > time_s] + swings
             out.append(train)
+            self._look()
         if out:
-            self._table, self._rests = table_of([swing.placed for swing in self._moving]), False
+            self.table = table_of([swing.placed for swing in self._moving])
         return out
 
-    def commands(self, time_s: float) -> list[tuple[str, float]]:
-        """Return properties and values of the cubics from a tick to the next one; none for an axis at rest."""
-        if self._rests:
-            return []
-        count, self._rests = _cubics(*self._table, self._last, time_s, self._which, self._values)
-        which, values = self._which[:count].tolist(), self._values[:count].tolist()
-        return [(ORDERS[number], value) for number, value in zip(which, values, strict=True)]
+    def _look(self) -> None:
+        self.next_s = self._waiting[0].begin_s if self._waiting else math.inf
 
 
 @compiled
-def _cubics(
-    swings: np.ndarray, cycles: np.ndarray, last: np.ndarray, time_s: float, which: np.ndarray, values: np.ndarray
-) -> tuple[int, bool]:
-    """Write numbers and values of ``ORDERS`` from a tick to the next one; return their count and whether all rests.
+def cubics(
+    swings: np.ndarray,
+    cycles: np.ndarray,
+    last: np.ndarray,
+    time_s: float,
+    which: np.ndarray,
+    values: np.ndarray,
+    count: int,
+    first: int,
+) -> int:
+    """Write what the autopilot is commanded from a tick to the next one; nothing for an axis at rest.
 
     Parameters
     ----------
     swings, cycles : arrays
         From ``table_of``; those that are over count no more.
     last : (3, 3)
-        Angle [rad] and rate [rad/s] that each axis has come to, and whether it rests.
+        As in ``SwingCommands``.
     time_s : float
-    which, values : (12,)
+    which, values : (n,)
+        Get numbers and values of ``ORDERS``, after those that are there.
+    count : int
+        Of those.
+    first : int
+        Number that the first of ``ORDERS`` has there.
+
+    Returns
+    -------
+    int
+        How many are there now.
     """
-    count, rests = 0, True
     for axis in range(len(last)):
         moving, end, ending = False, 0.0, 0.0
         for swing in swings:
@@ -160,7 +182,6 @@ def _cubics(
                 moving = True
                 angle, rate = _swing_at(swing, cycles, time_s + TICK_S)
                 end, ending = end + angle, ending + rate
-        rests = rests and not moving
         if not moving and last[axis, 2] == 1.0:
             continue
         angle, rate = last[axis, 0], last[axis, 1]
@@ -169,13 +190,12 @@ def _cubics(
         values[count + 2] = 2.0 * (3.0 * moved - (2.0 * rate + ending) * TICK_S) / TICK_S**2
         values[count + 3] = 6.0 * ((rate + ending) * TICK_S - 2.0 * moved) / TICK_S**3
         for order in range(4):
-            which[count + order] = 4 * axis + order
+            which[count + order] = first + 4 * axis + order
         count += 4
         # A cubic that has come to rest is written once more, as zero.
         at_rest = not moving and angle == 0.0 and rate == 0.0 and end == 0.0 and ending == 0.0
         last[axis, 0], last[axis, 1], last[axis, 2] = end, ending, 1.0 if at_rest else 0.0
-        rests = rests and at_rest
-    return count, rests
+    return count
 
 
 @compiled
