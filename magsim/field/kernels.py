@@ -1,6 +1,8 @@
 """Compiled loops over the samples of a flight: plain sums in a fixed order, without temporary arrays.
 
-Vectors of samples are rows, (n, 3); fields at places of a body come place by place, (p, n, 3).
+Vectors of samples are rows, (n, 3); fields at places of a body come place by place, (p, n, 3). Results are made by
+numpy, not inside of the loops: where it can, it has large ones on large pages, and a fresh one on small pages costs
+more than what is computed into it.
 """
 
 import math
@@ -9,8 +11,10 @@ import numpy as np
 
 from magsim.storage.compiled import compiled
 
+BLOCK = 128
+"""Samples that are worked on at once where that is faster."""
 
-@compiled
+
 def spline_in_body(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray, rot_be: np.ndarray) -> np.ndarray:
     """Return Earth-fixed vectors on cubic splines, turned into body axes.
 
@@ -28,6 +32,14 @@ def spline_in_body(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray, rot
     (n, 3)
     """
     out = np.empty((len(time_s), 3))
+    _spline_in_body(curve, knots, time_s, rot_be, out)
+    return out
+
+
+@compiled
+def _spline_in_body(
+    curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray, rot_be: np.ndarray, out: np.ndarray
+) -> None:
     piece, last = 0, len(knots) - 2
     for n in range(len(time_s)):
         while piece < last and time_s[n] >= knots[piece + 1]:
@@ -39,7 +51,6 @@ def spline_in_body(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray, rot
         z = ((c[0, 2] * s + c[1, 2]) * s + c[2, 2]) * s + c[3, 2]
         for i in range(3):
             out[n, i] = rot_be[n, i, 0] * x + rot_be[n, i, 1] * y + rot_be[n, i, 2] * z
-    return out
 
 
 @compiled
@@ -52,7 +63,6 @@ def rotated(rot: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return out
 
 
-@compiled
 def expanded_in_body(
     curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray, rot_be: np.ndarray, arms_b: np.ndarray
 ) -> np.ndarray:
@@ -74,8 +84,21 @@ def expanded_in_body(
     -------
     (p, n, 3)
     """
-    width = curve.shape[2]
     out = np.empty((len(arms_b), len(time_s), 3))
+    _expanded_in_body(curve, knots, time_s, rot_be, arms_b, out)
+    return out
+
+
+@compiled
+def _expanded_in_body(
+    curve: np.ndarray,
+    knots: np.ndarray,
+    time_s: np.ndarray,
+    rot_be: np.ndarray,
+    arms_b: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    width = curve.shape[2]
     v, arm = np.empty(width), np.empty(3)
     piece, last = 0, len(knots) - 2
     for n in range(len(time_s)):
@@ -100,14 +123,18 @@ def expanded_in_body(
                 z += v[11] * aa + v[13] * ab + v[14] * ac + v[16] * bb + v[17] * bc + v[18] * cc
             for i in range(3):
                 out[p, n, i] = rot_be[n, i, 0] * x + rot_be[n, i, 1] * y + rot_be[n, i, 2] * z
+
+
+def summed(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
+    """Return the sum over sources of gains (s, 3, c) times strengths (n, c), (s, n, 3)."""
+    out = np.empty((len(gains), len(strengths), 3))
+    _sum(gains, strengths, out)
     return out
 
 
 @compiled
-def summed(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
-    """Return the sum over sources of gains (s, 3, c) times strengths (n, c), (s, n, 3)."""
+def _sum(gains: np.ndarray, strengths: np.ndarray, out: np.ndarray) -> None:
     places, _, width = gains.shape
-    out = np.empty((places, len(strengths), 3))
     for s in range(places):
         for n in range(len(strengths)):
             x = y = z = 0.0
@@ -117,7 +144,6 @@ def summed(gains: np.ndarray, strengths: np.ndarray) -> np.ndarray:
                 y += gains[s, 1, c] * strength
                 z += gains[s, 2, c] * strength
             out[s, n, 0], out[s, n, 1], out[s, n, 2] = x, y, z
-    return out
 
 
 @compiled
@@ -134,17 +160,33 @@ def add_turning_dipole(out: np.ndarray, scale: float, terms: np.ndarray, cos: np
         times ray, of ray x, y, z and moment x, y, z.
     cos, sin : (n,)
     """
-    for s in range(len(terms)):
-        t = terms[s]
-        for n in range(len(cos)):
-            c, d = cos[n], sin[n]
-            inverse = 1.0 / (t[0, 0] + t[0, 1] * c + t[0, 2] * d)
-            cubed = scale * inverse * math.sqrt(inverse)
-            radial = 3.0 * cubed * inverse * (t[1, 0] + t[1, 1] * c + t[1, 2] * d)
-            for i in range(3):
-                ray = t[2 + i, 0] + t[2 + i, 1] * c + t[2 + i, 2] * d
-                moment = t[5 + i, 0] + t[5 + i, 1] * c + t[5 + i, 2] * d
-                out[s, n, i] += radial * ray - cubed * moment
+    c, d, part = np.ones(BLOCK), np.zeros(BLOCK), np.empty((5, BLOCK))
+    for first in range(0, len(cos), BLOCK):
+        count = min(BLOCK, len(cos) - first)
+        for k in range(count):
+            c[k], d[k] = cos[first + k], sin[first + k]
+        for s in range(len(terms)):
+            _turning_dipole(scale, terms[s], c, d, part)
+            for k in range(count):
+                out[s, first + k, 0] += part[0, k]
+                out[s, first + k, 1] += part[1, k]
+                out[s, first + k, 2] += part[2, k]
+
+
+@compiled
+def _turning_dipole(scale: float, t: np.ndarray, c: np.ndarray, d: np.ndarray, out: np.ndarray) -> None:
+    """Write the field of a block of samples, axis by axis, into (3 and 2 more, BLOCK): loops of vector instructions."""
+    cubed, radial = out[3], out[4]
+    a0, a1, a2, b0, b1, b2 = t[0, 0], t[0, 1], t[0, 2], t[1, 0], t[1, 1], t[1, 2]
+    for k in range(BLOCK):
+        inverse = 1.0 / (a0 + a1 * c[k] + a2 * d[k])
+        cubed[k] = scale * inverse * math.sqrt(inverse)
+        radial[k] = 3.0 * cubed[k] * inverse * (b0 + b1 * c[k] + b2 * d[k])
+    for i in range(3):
+        field = out[i]
+        r0, r1, r2, m0, m1, m2 = t[2 + i, 0], t[2 + i, 1], t[2 + i, 2], t[5 + i, 0], t[5 + i, 1], t[5 + i, 2]
+        for k in range(BLOCK):
+            field[k] = radial[k] * (r0 + r1 * c[k] + r2 * d[k]) - cubed[k] * (m0 + m1 * c[k] + m2 * d[k])
 
 
 @compiled

@@ -5,7 +5,6 @@ import numpy as np
 from magsim.storage.compiled import compiled
 
 
-@compiled
 def rotations_on(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """Return the inverse rotations of quaternions on a curve of polynomials, (n, 3, 3).
 
@@ -16,7 +15,13 @@ def rotations_on(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray) -> np
     knots : (k + 1,)
     time_s : (n,)
     """
-    out = np.empty((len(time_s), 3, 3))
+    out = np.empty((len(time_s), 3, 3))  # by numpy, which has it on large pages
+    _rotations_on(curve, knots, time_s, out)
+    return out
+
+
+@compiled
+def _rotations_on(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray, out: np.ndarray) -> None:
     q = np.empty(4)
     piece, last = 0, len(knots) - 2
     for n in range(len(time_s)):
@@ -41,4 +46,3 @@ def rotations_on(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray) -> np
         out[n, 0, 2] = twice * (x * z - w * y)
         out[n, 1, 2] = twice * (y * z + w * x)
         out[n, 2, 2] = 1.0 - twice * (x * x + y * y)
-    return out
