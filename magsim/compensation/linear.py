@@ -14,6 +14,7 @@ from magsim import columns, signals
 from magsim.compensation.columns import ColumnSet, Design, Joined, PositionColumns, position_columns
 from magsim.compensation.covariance import CoefficientSpread, runs_of, spread_of
 from magsim.compensation.field_prior import sizes_of_terms, solve_with_prior
+from magsim.compensation.observability import check_angle, check_channels
 from magsim.compensation.solvers import Solution, Solver
 from magsim.compensation.targets import Pairs, Target, interference, weight_of_pairs
 from magsim.compensation.terms import Term
@@ -154,9 +155,10 @@ def fit_linear(model: LinearModel, recordings: Sequence[Recording], sensor: str)
     RequestError
         If settings contradict each other, or a column or label is missing.
     DataError
-        If there are too few rows, or a value is not finite.
+        If there are too few rows, a value is not finite, a channel is dead, or the field turns too little.
     """
     model.check()
+    check_channels(recordings, (*model.columns.reads, *((columns.MAG.pattern,) * model.target.measured)), sensor)
     make = Joined((model.columns,))
     designs = [make(recording) for recording in recordings]
     targets = [model.target.values(recording, sensor) for recording in recordings]
@@ -164,6 +166,7 @@ def fit_linear(model: LinearModel, recordings: Sequence[Recording], sensor: str)
     field = position_columns(recordings, model.order, vertical=model.vertical)
     rows = _Rows(recordings, designs, field, targets, read)
     solution, spread = _solve(model, rows, model.target.pairs(recordings, sensor))
+    check_angle(designs, read, [recording.name for recording in recordings])
     terms = designs[0].matrix.shape[1]
     coefficients = solution.coefficients[:terms]
     values = (solution.coefficients[terms:] / field.scale).tolist()

@@ -21,6 +21,9 @@ LEAST_NT = 0.01
 """Interference of a survey aircraft, at least. Estimate: a quarter of what good installations have left *after* their
 compensation, 0.03 to 0.05 nT peak to peak (Scott Hogg & Associates)."""
 
+LEAST_LENGTH = 0.5
+"""Length of a fluxgate's reading over that of a scalar magnetometer, at least. Estimate: platforms add some 1000 nT."""
+
 LEAST_TIMES_ON = 3
 """How often a load is on in training rows, at least. Estimate: one edge is explained as well by anything else."""
 
@@ -36,7 +39,25 @@ def warnings_of(recording: Recording) -> tuple[str, ...]:
     recording : Recording
         What its columns and its ``meta`` do not tell is not judged.
     """
-    return tuple(itertools.chain(_dropouts(recording), _levels(recording), _loads(recording)))
+    return tuple(itertools.chain(unit_hints(recording), _dropouts(recording), _levels(recording), _loads(recording)))
+
+
+def unit_hints(recording: Recording) -> Iterator[str]:
+    """Yield what the lengths of fluxgate and scalar readings say about their units, one line each."""
+    for fluxgate in recording.fluxgates if recording.scalars else ():
+        scalar = recording.scalars[0]
+        mag = columns.MAG.name(sensor=scalar)
+        field_nt = float(np.median(np.abs(recording[mag])))
+        names = [columns.FLUX.name(sensor=fluxgate, axis=axis) for axis in columns.AXES]
+        if not field_nt or any(name not in recording for name in names):
+            continue
+        length = float(np.median(np.linalg.norm(recording.stack(names), axis=1)))
+        if length > 0.0 and not LEAST_LENGTH <= length / field_nt <= 1.0 / LEAST_LENGTH:
+            scale = 10.0 ** round(math.log10(field_nt / length))
+            yield (
+                f"the length of fluxgate {fluxgate} is {length:.0f} where {mag} is {field_nt:.0f}: another unit than "
+                f"nT? scale = {scale:g} in the column map of magsim import would mend it"
+            )
 
 
 def _dropouts(recording: Recording) -> Iterator[str]:
