@@ -13,6 +13,7 @@ from magsim import columns
 from magsim.compensation.columns.base import require
 from magsim.errors import DataError
 from magsim.recording import Recording
+from magsim.signals import spans
 
 KINDS: dict[str, columns.Family] = {
     "currents": columns.CURRENT,
@@ -50,7 +51,7 @@ class Channel:
     rest: float | None = None
 
     def __call__(self, recording: Recording) -> np.ndarray:
-        """Return the channel, (n,), its zero corrected by what has been seen of its rest up to each row.
+        """Return the channel, (n,), its zero corrected by what a piece has shown of its rest up to each row.
 
         Raises
         ------
@@ -67,10 +68,13 @@ class Channel:
             raise DataError(msg)
         if self.rest is None:
             return values
-        off = np.abs(values - self.rest) < ZERO_A
-        seen = np.cumsum(off)
-        total = np.cumsum(np.where(off, values - self.rest, 0.0))
-        return values - total / np.maximum(seen, 1)
+        out = np.empty_like(values)
+        for span in spans(recording.time_s):
+            above = values[span] - self.rest
+            off = np.abs(above) < ZERO_A
+            zero = np.cumsum(np.where(off, above, 0.0)) / np.maximum(np.cumsum(off), 1)
+            out[span] = values[span] - zero
+        return out
 
 
 def live_channels(recordings: Sequence[Recording], kinds: Sequence[str]) -> tuple[Channel, ...]:
