@@ -40,6 +40,7 @@ class Entry:
 
 
 _TOLLES_LAWSON = "magsim.compensation.tolles_lawson:TollesLawson"
+_EXACT_NORM = "magsim.compensation.exact_norm:ExactNorm"
 _REGISTRY: dict[str, Entry] = {
     "none": Entry("magsim.compensation.tolles_lawson:Nothing"),
     "tl16": Entry(_TOLLES_LAWSON, {"terms": 16}),
@@ -50,6 +51,10 @@ _REGISTRY: dict[str, Entry] = {
     "tl16_gradient": Entry(_TOLLES_LAWSON, {"terms": 16, "target": "measured"}, {"order": 3, "vertical": True}),
     "tolles_lawson": Entry(_TOLLES_LAWSON),
     "vector_tl": Entry("magsim.compensation.vector_tl:VectorTollesLawson"),
+    "exact_norm": Entry(_EXACT_NORM),
+    "exact_norm_model": Entry(_EXACT_NORM, {"target": "model"}),
+    "exact_norm_measured": Entry(_EXACT_NORM, {"target": "measured"}),
+    "exact_norm_causal": Entry(_EXACT_NORM, {"lookahead": 0}),
     "magtcn": Entry("magsim.compensation.networks:MagTCNCompensator"),
     "bp": Entry("magsim.compensation.networks:BPCompensator"),
 }

@@ -11,11 +11,13 @@ from magsim.compensation.background.choice import (
     background_from,
     fit_background,
 )
+from magsim.compensation.background.model import READS as MODEL_READS
 from magsim.compensation.background.model import ModelField, model_along
 from magsim.compensation.background.taps import taps
 
 __all__ = [
     "LOOKAHEAD_ROWS",
+    "MODEL_READS",
     "BackgroundField",
     "CalibratedField",
     "Channel",

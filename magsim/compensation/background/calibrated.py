@@ -36,8 +36,8 @@ class Regressors:
         """Number of columns."""
         return 7 + len(self.channels)
 
-    def __call__(self, recording: Recording, lag_s: float, curvature_s2: float) -> np.ndarray:
-        """Return the columns, (n, count).
+    def __call__(self, recording: Recording, lag_s: float, curvature_s2: float, order: int = 0) -> np.ndarray:
+        """Return the columns or a derivative of them by time, (n, count).
 
         Parameters
         ----------
@@ -46,16 +46,22 @@ class Regressors:
             How late the fluxgate is.
         curvature_s2 : float [s^2]
             What of the second derivative is added: the bandwidth of the fluxgate.
+        order : int
+            0, 1 or 2.
         """
         reading = fluxgate_reading(recording, self.fluxgate)
+        rate_hz = recording.rate_hz
         out = np.empty((len(recording), self.count))
-        out[:, 0] = 1.0
-        for column, channel in enumerate(self.channels, start=7):
-            out[:, column] = channel(recording)
+        out[:, 0] = 0.0 if order else 1.0
+        channels = np.empty((len(recording), len(self.channels)))
+        for column, channel in enumerate(self.channels):
+            channels[:, column] = channel(recording)
         for span in signals.spans(recording.time_s):
-            out[span, 1:4] = self.derivative(reading[span], 0, lag_s, recording.rate_hz)
-            out[span, 1:4] += curvature_s2 * self.derivative(reading[span], 2, lag_s, recording.rate_hz)
-            out[span, 4:7] = self.derivative(reading[span], 1, lag_s, recording.rate_hz)
+            out[span, 1:4] = self.derivative(reading[span], order, lag_s, rate_hz)
+            out[span, 4:7] = self.derivative(reading[span], order + 1, lag_s, rate_hz)
+            if not order:  # of no account in a derivative
+                out[span, 1:4] += curvature_s2 * self.derivative(reading[span], 2, lag_s, rate_hz)
+            out[span, 7:] = self.derivative(channels[span], order, 0.0, rate_hz) if order else channels[span]
         return out
 
     def derivative(self, values: np.ndarray, order: int, lag_s: float, rate_hz: float) -> np.ndarray:
@@ -119,7 +125,20 @@ class CalibratedField:
 
     def __call__(self, recording: Recording) -> np.ndarray:
         """Return the background in body axes, (n, 3) [nT]."""
-        design = self.regressors(recording, self.lag_s, self.curvature_s2)
+        return self.derivative(recording, 0)
+
+    def derivative(self, recording: Recording, order: int, later_s: float = 0.0) -> np.ndarray:
+        """Return the background or a derivative of it by time, (n, 3) [nT, nT/s, nT/s^2].
+
+        Parameters
+        ----------
+        recording : Recording
+        order : int
+            0, 1 or 2.
+        later_s : float [s]
+            How much later than its row it is wanted.
+        """
+        design = self.regressors(recording, self.lag_s + later_s, self.curvature_s2, order)
         with one_blas_thread():
             return design @ self.matrix
 

@@ -22,11 +22,14 @@ KINDS: dict[str, columns.Family] = {
 }
 """Kinds of channels by name."""
 
-ZERO_A = 0.25
-"""How far a current may be from its rest and still be its zero: above the spread of zeros, below any load [A]."""
+ZERO_A = 0.2
+"""How far a current's mean may be from its rest and still be its zero [A]: more than zeros spread, less than a load."""
+
+MEAN_S = 10.0
+"""Time that the mean is taken over: some flashes of a strobe light [s]."""
 
 _REST_SHARE = 0.05
-"""Least share of a flight in which a load must be off for its zero to be told."""
+"""Least share of a flight in which a load must rest for its zero to be told."""
 
 _ALIVE = 3.0
 """A channel is alive if it varies by so many times its noise."""
@@ -44,7 +47,7 @@ class Channel:
     name : str
         Column of the recording.
     rest : float, optional
-        Its mean reading while its load is off, over the training flights; None if it never is.
+        Its mean reading over the training flights while its load is off, or if its load never changes; else None.
     """
 
     name: str
@@ -69,12 +72,26 @@ class Channel:
         if self.rest is None:
             return values
         out = np.empty_like(values)
+        rows = _mean_rows(recording)
         for span in spans(recording.time_s):
-            above = values[span] - self.rest
-            off = np.abs(above) < ZERO_A
-            zero = np.cumsum(np.where(off, above, 0.0)) / np.maximum(np.cumsum(off), 1)
+            above = trailing_mean(values[span], rows) - self.rest
+            resting = np.abs(above) < ZERO_A
+            resting[: rows - 1] = False
+            zero = np.cumsum(np.where(resting, above, 0.0)) / np.maximum(np.cumsum(resting), 1)
             out[span] = values[span] - zero
         return out
+
+
+def trailing_mean(values: np.ndarray, rows: int) -> np.ndarray:
+    """Return the mean of each row and of those before it, as many as there are up to a number, (n,)."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    first = np.maximum(np.arange(1, len(values) + 1) - rows, 0)
+    last = np.arange(1, len(values) + 1)
+    return (total[last] - total[first]) / (last - first)
+
+
+def _mean_rows(recording: Recording) -> int:
+    return max(round(MEAN_S * recording.rate_hz), 1)
 
 
 def live_channels(recordings: Sequence[Recording], kinds: Sequence[str]) -> tuple[Channel, ...]:
@@ -93,7 +110,7 @@ def live_channels(recordings: Sequence[Recording], kinds: Sequence[str]) -> tupl
             if family.match(name) and all(name in recording for recording in recordings):
                 series = [recording[name] for recording in recordings]
                 if any(is_live(values) for values in series):
-                    found.append(Channel(name, _rest(series) if kind == "currents" else None))
+                    found.append(Channel(name, _rest(name, recordings) if kind == "currents" else None))
     return tuple(found)
 
 
@@ -114,16 +131,21 @@ def noise_of(values: np.ndarray) -> float:
     return float(np.median(np.abs(np.diff(values, 3)))) / 0.6745 / np.sqrt(20.0)
 
 
-def _rest(series: Sequence[np.ndarray]) -> float | None:
-    """Return the mean of the lowest plateau, if every flight has it and rises well above it."""
-    means = []
-    for values in series:
-        low = float(np.quantile(values, _REST_SHARE / 2.0))
-        for _ in range(3):
-            near = values[np.abs(values - low) < ZERO_A]
-            low = float(near.mean())
-        if len(near) < _REST_SHARE * len(values) or float(values.max()) < low + 2.0 * ZERO_A:
+def _rest(name: str, recordings: Sequence[Recording]) -> float | None:
+    """Return the mean reading of a load that rests in every flight: it is off for a while, or never changes."""
+    rests = []
+    for recording in recordings:
+        rows = _mean_rows(recording)
+        parts = [trailing_mean(recording[name][span], rows)[rows - 1 :] for span in spans(recording.time_s)]
+        means = np.concatenate(parts)
+        if len(means) < rows:
             return None
-        means.append(low)
-    rest = float(np.mean(means))
-    return rest if max(abs(mean - rest) for mean in means) < ZERO_A else None
+        low = float(np.quantile(means, _REST_SHARE / 2.0))
+        near = np.abs(means - low) < ZERO_A
+        rest = float(means[near].mean())
+        off = near.mean() >= _REST_SHARE and abs(rest) < ZERO_A
+        if not (off or near.all()):
+            return None
+        rests.append(rest)
+    mean = float(np.mean(rests))
+    return mean if max(abs(rest - mean) for rest in rests) < ZERO_A else None

@@ -67,6 +67,7 @@ def fit_background(
     *,
     fluxgate: str | None = None,
     lookahead_rows: int = LOOKAHEAD_ROWS,
+    labels: bool = True,
 ) -> BackgroundField:
     """Return the background by its name, fitted where it must be.
 
@@ -76,12 +77,14 @@ def fit_background(
         The reading of a fluxgate; the model field by the INS; or a fluxgate that was calibrated against that, with what
         currents and control surfaces do to it, its lag and its bandwidth.
     recordings : sequence of Recording
-        Training rows. Where they have labels, these tell the length of the background.
+        Training rows.
     sensor : str
         The scalar magnetometer.
     fluxgate : str, optional
         The first one of the first recording if not given.
     lookahead_rows : int
+    labels : bool
+        Let labels tell the length of the background, where there are any.
 
     Raises
     ------
@@ -97,7 +100,7 @@ def fit_background(
         return FluxgateField(fluxgate)
     channels = live_channels(recordings, ("currents", "surfaces"))
     regressors = Regressors(fluxgate, channels, lookahead_rows)
-    lengths = [_labeled_length(recording, sensor) for recording in recordings]
+    lengths = [_labeled_length(recording, sensor) if labels else None for recording in recordings]
     masks = [
         np.ones(len(recording), dtype=bool) if length is None else recording.reads(sensor)
         for recording, length in zip(recordings, lengths, strict=True)

@@ -1,0 +1,273 @@
+"""Maximum a posteriori coefficients of the exact norm, and how large each group of them is.
+
+The interference is |B + X P| - |B|: B the background, X the signals, P what they do to the field. It is nearly linear
+in P, so some Gauss-Newton steps find it. Each group of signals has a deviation of its own that is found from the
+training rows (automatic relevance determination: MacKay, Neural Computation 1992, 4, 415-447): a group that explains
+nothing shrinks to nothing and costs nothing. The noise comes from the residual, its rows counted as what the band
+leaves independent; rows beyond some deviations count less (Huber).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from magsim.compensation.exact_norm.sources import Driven, Signal
+from magsim.compensation.reduction import Reduction
+from magsim.compensation.targets import Pairs, weight_of_pairs
+from magsim.threads import one_blas_thread
+
+DAY_NT = 1.0
+"""Deviation of what magnets are from one training flight to the next [nT] (estimate: 0.2 % of some hundred nT)."""
+
+LATER_S = 0.05
+"""Deviation of what the scalar magnetometer lags behind the INS [s] (estimate)."""
+
+_HUBER = 4.0
+_ROUNDS = 40
+_CLOSE = 0.01
+_SMALLEST = 1e-4
+"""A group may shrink to so much of its size before any flight."""
+
+_QUIET_NT = 1e-4
+"""Least noise: what is fitted to noise-free labels is not exact either [nT]."""
+
+
+class Flight(NamedTuple):
+    """What is fitted of one training recording.
+
+    Attributes
+    ----------
+    driven : Driven
+    target : (n,) [nT]
+    beside : (n, e)
+        Columns of the Earth's field, fitted beside the sources and never subtracted.
+    """
+
+    driven: Driven
+    target: np.ndarray
+    beside: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Estimated:
+    """What was found.
+
+    Attributes
+    ----------
+    coefficients : (k, 3)
+        In the units of the signals.
+    root : (3 k, m)
+        Its product with its transpose is the covariance of ``coefficients.ravel()``. Coefficients that no flight tells
+        apart have errors of hundreds of nT which cancel in the interference: only a root keeps that.
+    later_s : float [s]
+        What the scalar magnetometer lags behind the INS.
+    noise_nt : float [nT]
+        Deviation of the residual in band.
+    free : float
+        Number of coefficients that the rows determine.
+    shrunk : (k,)
+        What each group's deviation became, over its size before any flight.
+    """
+
+    coefficients: np.ndarray
+    root: np.ndarray
+    later_s: float
+    noise_nt: float
+    free: float
+    shrunk: np.ndarray
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Standard errors of the coefficients, (k, 3)."""
+        return np.sqrt(np.einsum("cm,cm->c", self.root, self.root)).reshape(-1, 3)
+
+
+def exact_interference(driven: Driven, coefficients: np.ndarray) -> np.ndarray:
+    """Return |B + X P| - |B|, (n,) [nT]."""
+    own, along = _along(driven, coefficients)
+    return np.einsum("ni,ni->n", own, along)
+
+
+def shares_of(driven: Driven, coefficients: np.ndarray) -> np.ndarray:
+    """Return what each signal adds to the interference, (n, k) [nT]; the sum is exact.
+
+    |T| - |B| = (T - B) . (T + B) / (|T| + |B|), and T - B is the sum over the signals.
+    """
+    _, along = _along(driven, coefficients)
+    with one_blas_thread():
+        return driven.signals * (along @ coefficients.T)
+
+
+def _along(driven: Driven, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the field of the sources and (T + B) / (|T| + |B|), each (n, 3)."""
+    with one_blas_thread():
+        own = driven.signals @ coefficients
+    background, total = driven.background, driven.background + own
+    lengths = np.sqrt(np.einsum("ni,ni->n", total, total)) + np.sqrt(np.einsum("ni,ni->n", background, background))
+    return own, (total + background) / lengths[:, None]
+
+
+def jacobian_of(driven: Driven, coefficients: np.ndarray) -> np.ndarray:
+    """Return the derivative of the interference by ``coefficients.ravel()``, (n, 3 k)."""
+    with one_blas_thread():
+        total = driven.background + driven.signals @ coefficients
+    unit = total / np.sqrt(np.einsum("ni,ni->n", total, total))[:, None]
+    return (driven.signals[:, :, None] * unit[:, None, :]).reshape(len(unit), -1)
+
+
+class Estimation:
+    """Gauss-Newton steps of one fit.
+
+    Parameters
+    ----------
+    table : sequence of Signal
+    reduction : Reduction
+        Of the training rows, to the band of compensation.
+    pairs : Pairs, optional
+        Rows at one place, where the clean field agrees.
+    """
+
+    def __init__(self, table: Sequence[Signal], reduction: Reduction, pairs: Pairs | None = None) -> None:
+        self.reduction, self.pairs = reduction, pairs
+        self.size = np.array([signal.size for signal in table]).repeat(3)
+        groups = list(dict.fromkeys(signal.group for signal in table))
+        self.group = np.array([groups.index(signal.group) for signal in table]).repeat(3)
+        self.shrunk = np.ones(len(groups))
+        self.noise_nt = 0.1
+
+    def step(
+        self,
+        flights: Sequence[Flight],
+        rates: Sequence[np.ndarray],
+        at: np.ndarray,
+        later_s: float,
+        *,
+        size_groups: bool,
+    ) -> Estimated:
+        """Return the solution of the problem made linear.
+
+        Parameters
+        ----------
+        flights : sequence of Flight
+        rates : sequence of (n,) [nT/s]
+            Derivative of the interference by time at the coefficients.
+        at : (k, 3)
+            Coefficients where it is made linear.
+        later_s : float [s]
+            Lag of the scalar magnetometer that the background was taken at.
+        size_groups : bool
+            Whether the deviations of the groups are found, or left as they are.
+        """
+        matrix, rest, own = self._equations(flights, rates, at)
+        scale = np.concatenate([self.size, np.full(matrix.shape[1] - own - 1, DAY_NT), [LATER_S]])
+        matrix = matrix * scale
+        start = np.zeros(matrix.shape[1])
+        start[:own], start[-1] = at.ravel() / self.size, later_s / LATER_S
+        with one_blas_thread():
+            target = rest + matrix @ start
+            found, root = self._solve(matrix, target, size_groups=size_groups)
+        return Estimated(
+            (found[:own] * self.size).reshape(-1, 3),
+            root[:own] * self.size[:, None],
+            float(found[-1] * LATER_S),
+            self.noise_nt,
+            self.free,
+            self.shrunk[self.group][::3].copy(),
+        )
+
+    def _equations(
+        self, flights: Sequence[Flight], rates: Sequence[np.ndarray], at: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return reduced columns (sources, days, lag), the reduced rest, and the number of columns of the sources."""
+        own, beside, days = 3 * len(at), flights[0].beside.shape[1], 3 * (len(flights) - 1)
+        contrasts = _contrasts(len(flights))
+        tables = []
+        for number, (flight, rate) in enumerate(zip(flights, rates, strict=True)):
+            jacobian = jacobian_of(flight.driven, at)
+            table = np.zeros((len(jacobian), own + days + beside + 2))
+            table[:, :own] = jacobian
+            # the first signal is constant: its columns are the direction of the field
+            table[:, own : own + days] = np.kron(contrasts[number], jacobian[:, :3])
+            table[:, own + days : own + days + beside] = flight.beside
+            table[:, -2] = rate
+            table[:, -1] = flight.target - exact_interference(flight.driven, at)
+            tables.append(table)
+        reduced = self.reduction(tables)
+        extra = slice(own + days, own + days + beside)
+        kept = np.delete(reduced, extra, axis=1)
+        if beside:
+            with one_blas_thread():
+                basis = np.linalg.qr(reduced[:, extra])[0]
+                kept -= basis @ (basis.T @ kept)
+        if self.pairs is not None:
+            kept = np.vstack([kept, self._crossed(kept, [np.delete(table, extra, axis=1) for table in tables])])
+        return kept[:, :-1], kept[:, -1], own
+
+    def _crossed(self, band: np.ndarray, tables: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the equations of pairs of rows, weighted."""
+        assert self.pairs is not None
+        apart = self.pairs.differences([table[:, :-1] for table in tables])
+        wanted = self.pairs.target([table[:, -1] for table in tables])
+        weight = weight_of_pairs(self.pairs, (band[:, :-1], band[:, -1]), (apart, wanted))
+        return weight * np.column_stack([apart, wanted])
+
+    def _solve(self, matrix: np.ndarray, target: np.ndarray, *, size_groups: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return scaled coefficients and a root of their covariance; noise, groups and weights settle on the way."""
+        rows, per_row = len(target), self.reduction.per_row
+        own = len(self.group)
+        weights = np.ones(rows)
+        normal, right, square = matrix.T @ matrix, matrix.T @ target, target @ target
+        for number in range(_ROUNDS):
+            before = self.noise_nt, self.shrunk.copy()
+            prior = self._prior(matrix.shape[1])
+            inverse = _inverse(normal / (per_row * self.noise_nt**2) + np.diag(prior))
+            found = inverse @ right / (per_row * self.noise_nt**2)
+            left = max(square - 2.0 * found @ right + found @ normal @ found, 0.0)
+            known = np.maximum(1.0 - prior * np.diag(inverse), 0.0)
+            self.free = float(known.sum())
+            independent = rows / per_row
+            loss = max(1.0 - self.free / independent, 0.3)
+            self.noise_nt = max(float(np.sqrt(left / weights.sum() / loss)), _QUIET_NT)
+            if size_groups:
+                self._resize(found[:own], known[:own])
+            change = max(abs(np.log(self.noise_nt / before[0])), float(np.abs(np.log(self.shrunk / before[1])).max()))
+            if change < _CLOSE:
+                break
+            if number == 2:
+                residual = np.abs(target - matrix @ found)
+                weights = np.minimum(1.0, _HUBER * self.noise_nt / np.maximum(residual, 1e-300))
+                if (weights < 1.0).any():
+                    weighted = matrix * weights[:, None]
+                    normal, right, square = weighted.T @ matrix, weighted.T @ target, (weights * target) @ target
+        # the normal equations have lost what the weakest directions need
+        noise = self.noise_nt * np.sqrt(per_row)
+        rows_of_prior = np.diag(np.sqrt(self._prior(matrix.shape[1])))
+        scaled = np.vstack([matrix * (np.sqrt(weights) / noise)[:, None], rows_of_prior])
+        basis, upper = np.linalg.qr(scaled)
+        root = solve_triangular(upper, np.eye(len(upper)))
+        return root @ (basis[:rows].T @ (target * np.sqrt(weights) / noise)), root
+
+    def _prior(self, count: int) -> np.ndarray:
+        """Return the inverse variances of the scaled coefficients: sources, then days and lag."""
+        prior = np.ones(count)
+        prior[: len(self.group)] = self.shrunk[self.group] ** -2.0
+        return prior
+
+    def _resize(self, found: np.ndarray, known: np.ndarray) -> None:
+        """Set the deviation of each group to that of its coefficients."""
+        square = np.bincount(self.group, found**2, minlength=len(self.shrunk))
+        number = np.bincount(self.group, known, minlength=len(self.shrunk))
+        self.shrunk = np.clip(np.sqrt(square / np.maximum(number, 1e-3)), _SMALLEST, 1.0)
+
+
+def _contrasts(count: int) -> np.ndarray:
+    """Return how much of each of count - 1 differences a flight has, (count, count - 1): orthonormal, of mean zero."""
+    return np.linalg.qr(np.eye(count) - 1.0 / count)[0][:, : count - 1]
+
+
+def _inverse(normal: np.ndarray) -> np.ndarray:
+    scale = np.sqrt(np.diag(normal))
+    return np.linalg.inv(normal / scale[:, None] / scale) / scale[:, None] / scale

@@ -1,0 +1,259 @@
+"""The exact norm: vector sources on a calibrated background, and the length of their sum."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from magsim import columns
+from magsim.compensation import background as backgrounds
+from magsim.compensation.base import Compensator, FitContext
+from magsim.compensation.columns import position_columns
+from magsim.compensation.exact_norm.estimation import (
+    Estimated,
+    Estimation,
+    Flight,
+    exact_interference,
+    jacobian_of,
+    shares_of,
+)
+from magsim.compensation.exact_norm.sources import Sources
+from magsim.compensation.reduction import Reduction
+from magsim.compensation.saving import State
+from magsim.compensation.targets import TargetName, rows_to_fit, target_of
+from magsim.compensation.terms import Term
+from magsim.dataset import Training
+from magsim.recording import Recording
+from magsim.signals import band_pass, spans
+from magsim.threads import one_blas_thread
+
+Positive = Annotated[float, Field(gt=0)] | None
+
+_STEPS = 4
+
+
+class ExactNorm(Compensator):
+    """Sources as vectors on a calibrated background, and the exact length of their sum.
+
+    Tolles-Lawson takes the direction of a fluxgate for that of the field and projects on it. Here the fluxgate is
+    calibrated against INS and model field first, with its lag, its bandwidth and what currents and control surfaces do
+    to it. Then the field of the platform at the sensor is a sum of sources, each of which follows a signal: magnets;
+    steel, with its memory; eddy currents, with their lag; currents; control surfaces. The interference is the length of
+    background and sources together, minus that of the background. Both stages are closed forms that are iterated a few
+    times; how large each kind of source is, is found from the training rows (``docs/exact_norm.md``).
+
+    Parameters
+    ----------
+    target : {"interference", "measured", "model", "map", "crossings", "reference"}
+        The label, or what a survey has: see ``docs/targets.md``.
+    direction : {"calibrated", "ins", "fluxgate"}
+        Where the background comes from.
+    fluxgate : str, optional
+        The first one of the first recording if not given.
+    lookahead : int
+        Rows after its own that an estimate may use, 0 to 20; more than 8 bring nothing.
+    channels : list of {"currents", "voltages", "surfaces"}
+        Which channels are sources. Those that do not vary are left out.
+    memory : bool
+        Whether steel remembers the field.
+    repeated : bool
+        Take it that a piece was flown just so before: it sets the memory at its start, and needs the whole piece.
+    vertical : bool
+        Fit the height beside the sources, as what is left of the vertical gradient of the Earth's field; only without
+        labels.
+    map, map_height_m, crossing_m, crossing_height_m, reference, reference_model
+        Of the targets of these names; see ``targets.choice.Targeted``.
+    """
+
+    name = "exact_norm"
+
+    def __init__(
+        self,
+        *,
+        target: TargetName = "interference",
+        direction: backgrounds.Direction = "calibrated",
+        fluxgate: str | None = None,
+        lookahead: Annotated[int, Field(ge=0, le=20)] = backgrounds.LOOKAHEAD_ROWS,
+        channels: list[Literal["currents", "voltages", "surfaces"]] | None = None,
+        memory: bool = True,
+        repeated: bool = False,
+        vertical: bool = True,
+        map: str | None = None,
+        map_height_m: float | None = None,
+        crossing_m: Positive = None,
+        crossing_height_m: Positive = None,
+        reference: str | None = None,
+        reference_model: str | None = None,
+    ) -> None:
+        self.target = target
+        self.direction = direction
+        self.fluxgate = fluxgate
+        self.lookahead = lookahead
+        self.channels = channels
+        self.memory = memory
+        self.repeated = repeated
+        self.vertical = vertical
+        self.map = map
+        self.map_height_m = map_height_m
+        self.crossing_m = crossing_m
+        self.crossing_height_m = crossing_height_m
+        self.reference = reference
+        self.reference_model = reference_model
+
+    @property
+    def requires(self) -> tuple[str, ...]:  # type: ignore[override]
+        """What the background reads, and the channels that were found to vary."""
+        if hasattr(self, "_sources"):
+            return self._sources.reads
+        return backgrounds.MODEL_READS if self.direction == "ins" else (columns.FLUX.pattern,)
+
+    @property
+    def lookahead_rows(self) -> int | None:  # type: ignore[override]
+        """As many as were asked for; without limit if a piece is taken to be repeated."""
+        return None if self.repeated else self.lookahead
+
+    def learn(self, training: Training, context: FitContext) -> None:
+        """Calibrate the background, then find the sources; see ``Compensator.learn``."""
+        target = target_of(self)
+        recordings = rows_to_fit(target, training, self.name)
+        sensor = training.sensor
+        self._sources = self._sources_of(recordings, sensor)
+        times, rate_hz = [recording.time_s for recording in recordings], recordings[0].rate_hz
+        reduction = Reduction(times, [target.known(r, sensor) for r in recordings], rate_hz)
+        estimation = Estimation(self._sources.table, reduction, target.pairs(recordings, sensor))
+        values = [target.values(recording, sensor) for recording in recordings]
+        height = position_columns(recordings, 0, vertical=self.vertical and target.measured).designs
+        beside = [design.matrix for design in height]
+        at, later_s = np.zeros((len(self._sources.table), 3)), 0.0
+        for number in range(_STEPS):
+            driven = [self._sources(recording) for recording in recordings]
+            flights = [Flight(*row) for row in zip(driven, values, beside, strict=True)]
+            rates = [_rate(exact_interference(one, at), r) for one, r in zip(driven, recordings, strict=True)]
+            found = estimation.step(flights, rates, at, later_s, size_groups=number > 0)
+            at, later_s = found.coefficients, found.later_s
+            self._sources = replace(self._sources, later_s=later_s)
+        self._found = found
+        self._offset_nt = self._offset(recordings, sensor)
+
+    def estimate(self, recording: Recording) -> np.ndarray:
+        """Return the length of background and sources minus that of the background, (n,) [nT]; no warm-up."""
+        return exact_interference(self._sources(recording), self._found.coefficients) + self._offset_nt
+
+    def _sources_of(self, recordings: Sequence[Recording], sensor: str) -> Sources:
+        field = backgrounds.fit_background(
+            self.direction,
+            recordings,
+            sensor,
+            fluxgate=self.fluxgate,
+            lookahead_rows=self.lookahead,
+            labels=self.target == "interference",
+        )
+        kinds = ["currents", "surfaces"] if self.channels is None else self.channels
+        channels = backgrounds.live_channels(recordings, kinds)
+        return Sources(field, channels, self.memory, self.repeated, self.lookahead)
+
+    def _offset(self, recordings: Sequence[Recording], sensor: str) -> float:
+        """Return the mean of the labels that the sources leave; 0 without labels."""
+        label = columns.INTERFERENCE.name(sensor=sensor)
+        if self.target != "interference":
+            return 0.0
+        self._offset_nt = 0.0
+        rest = [(r[label] - self.estimate(r))[r.reads(sensor)] for r in recordings]
+        return float(np.concatenate(rest).mean())
+
+    # ---- what it tells -----------------------------------------------------------------------------------------
+
+    @property
+    def sources_(self) -> Sources:
+        """Background and signals."""
+        self.check_fitted()
+        return self._sources
+
+    @property
+    def found_(self) -> Estimated:
+        """Coefficients with covariance, noise, and how large each group is."""
+        self.check_fitted()
+        return self._found
+
+    def _coefficients(self) -> tuple[Term, ...]:
+        terms = [
+            Term(f"{signal.name} -> {axis}", float(value), signal.unit, float(error), signal.group)
+            for signal, row, spread in zip(
+                self._sources.table, self._found.coefficients, self._found.errors, strict=True
+            )
+            for axis, value, error in zip(columns.AXES, row, spread, strict=True)
+        ]
+        return (*terms, Term("offset", self._offset_nt, "nT", None, "offset"))
+
+    def _shares(self, recording: Recording) -> dict[str, np.ndarray]:
+        table = shares_of(self._sources(recording), self._found.coefficients)
+        shares: dict[str, np.ndarray] = {}
+        for signal, share in zip(self._sources.table, table.T, strict=True):
+            shares[signal.group] = shares.get(signal.group, 0.0) + share
+        return {**shares, "offset": np.full(len(recording), self._offset_nt)}
+
+    def _uncertainty(self, recording: Recording) -> np.ndarray:
+        jacobian = jacobian_of(self._sources(recording), self._found.coefficients)
+        with one_blas_thread():
+            spread = jacobian @ self._found.root
+        out = np.zeros(len(recording))
+        for span in spans(recording.time_s):
+            filtered = band_pass(spread[span], recording.rate_hz)
+            out[span] = np.sqrt(np.einsum("nc,nc->n", filtered, filtered))
+        return out
+
+    # ---- files -------------------------------------------------------------------------------------------------
+
+    def state(self) -> State:
+        """Return background, sources and what was found; see ``Compensator.state``."""
+        background, found = self._sources.background.state(), self._found
+        values = {
+            "background": dict(background.values),
+            "channels": [[channel.name, channel.rest] for channel in self._sources.channels],
+            "later_s": found.later_s,
+            "noise_nt": found.noise_nt,
+            "free": found.free,
+            "offset_nt": self._offset_nt,
+        }
+        arrays = {
+            **background.arrays,
+            "coefficients": found.coefficients,
+            "root": found.root,
+            "shrunk": found.shrunk,
+        }
+        return State(values, arrays)
+
+    def set_state(self, state: State) -> None:
+        """Take back what ``state`` returned."""
+        values: Mapping[str, Any] = state.values
+        background = backgrounds.background_from(State(values["background"], state.arrays))
+        channels = tuple(
+            backgrounds.Channel(str(name), None if rest is None else float(rest)) for name, rest in values["channels"]
+        )
+        later_s = float(values["later_s"])
+        self._sources = Sources(background, channels, self.memory, self.repeated, self.lookahead, later_s)
+        arrays = {key: np.asarray(state.arrays[key], dtype=float) for key in ("coefficients", "root", "shrunk")}
+        signals = len(self._sources.table)
+        if arrays["coefficients"].shape != (signals, 3) or len(arrays["root"]) != 3 * signals:
+            msg = f"coefficients {arrays['coefficients'].shape} for {signals} signals"
+            raise ValueError(msg)
+        self._found = Estimated(
+            arrays["coefficients"],
+            arrays["root"],
+            later_s,
+            float(values["noise_nt"]),
+            float(values["free"]),
+            arrays["shrunk"],
+        )
+        self._offset_nt = float(values["offset_nt"])
+
+
+def _rate(values: np.ndarray, recording: Recording) -> np.ndarray:
+    """Return the derivative of a series by time, (n,)."""
+    out = np.empty_like(values)
+    for span in spans(recording.time_s):
+        derivative = backgrounds.taps(1, 0.0, backgrounds.LOOKAHEAD_ROWS, round(recording.rate_hz, 6))
+        out[span] = derivative(values[span])
+    return out

@@ -1,0 +1,132 @@
+"""Signals that the sources of an aircraft follow, with what is known of their size before any flight."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from magsim import columns, signals
+from magsim.compensation.background import BackgroundField, CalibratedField, Channel, taps
+from magsim.compensation.exact_norm.memory import remembered
+from magsim.recording import Recording
+
+STRENGTH_NT = 45_000.0
+"""Field that the sizes below are meant for."""
+
+PERMANENT_NT, INDUCED_NT, EDDY_NT, BEND_NT, MEMORY_NT = 1000.0, 500.0, 100.0, 10.0, 100.0
+"""Deviations of what a source may do to the field at a sensor [nT]: magnets; steel, eddy currents (at one radian a
+second), their second order, and the hysteresis of steel in the field above. Cabins of survey aircraft have some hundred
+nT of the first two, and a tenth and a hundredth of that of the others (reference tables of the C208B; estimate)."""
+
+PER_UNIT = {columns.CURRENT: 10.0, columns.VOLTAGE: 10.0, columns.SURFACE: 1.0}
+"""Deviations for a channel: nT/A of a wire some meters away, nT/V, nT/deg of a magnet on a hinge (estimate)."""
+
+_UNITS = {columns.CURRENT: "nT/A", columns.VOLTAGE: "nT/V", columns.SURFACE: "nT/deg"}
+_WORDS = {columns.CURRENT: "current", columns.VOLTAGE: "voltage", columns.SURFACE: "surface"}
+
+
+class Signal(NamedTuple):
+    """One signal; it drives a field with three components.
+
+    Attributes
+    ----------
+    name : str
+    group : str
+        Signals of one group are of one size.
+    unit : str
+        Of the coefficients.
+    size : float
+        Deviation of the coefficients before any flight, in that unit.
+    """
+
+    name: str
+    group: str
+    unit: str
+    size: float
+
+
+class Driven(NamedTuple):
+    """What sources follow along a recording.
+
+    Attributes
+    ----------
+    background : (n, 3) [nT]
+    signals : (n, k)
+    """
+
+    background: np.ndarray
+    signals: np.ndarray
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Makes the signals of a recording.
+
+    Attributes
+    ----------
+    background : BackgroundField
+    channels : tuple of Channel
+    memory : bool
+        Whether steel remembers.
+    repeated : bool
+        See ``remembered``.
+    lookahead_rows : int
+        Rows after its own that a row needs.
+    later_s : float [s]
+        How much later than its row the background is taken: what the scalar magnetometer lags behind the INS.
+    """
+
+    background: BackgroundField
+    channels: tuple[Channel, ...]
+    memory: bool
+    repeated: bool
+    lookahead_rows: int
+    later_s: float = 0.0
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Patterns of the column families that are read."""
+        families = (columns.family_of(channel.name).pattern for channel in self.channels)
+        return tuple(dict.fromkeys((*self.background.reads, *families)))
+
+    @property
+    def table(self) -> tuple[Signal, ...]:
+        """All signals, in the order of the columns."""
+        parts: list[tuple[str, str, float, tuple[str, ...]]] = [("permanent", "nT", PERMANENT_NT, ("",))]
+        parts += [("induced", "1", INDUCED_NT / STRENGTH_NT, columns.AXES)]
+        parts += [("eddy", "s", EDDY_NT / STRENGTH_NT, columns.AXES)]
+        parts += [("eddy lag", "s^2", BEND_NT / STRENGTH_NT, columns.AXES)]
+        if self.memory:
+            parts += [("memory", "1", MEMORY_NT / STRENGTH_NT, columns.AXES)]
+        table = [
+            Signal(f"{group} {axis}".strip(), group, unit, size) for group, unit, size, axes in parts for axis in axes
+        ]
+        for channel in self.channels:
+            family = columns.family_of(channel.name)
+            fields = family.match(channel.name) or {}
+            name = f"{_WORDS[family]} {next(iter(fields.values()))}"
+            table.append(Signal(name, name, _UNITS[family], PER_UNIT[family]))
+        return tuple(table)
+
+    def __call__(self, recording: Recording) -> Driven:
+        """Return background and signals of a recording; see ``BackgroundField`` for what is raised."""
+        field, rate, bend = self._motion(recording)
+        parts = [np.ones((len(field), 1)), field, rate, bend]
+        if self.memory:
+            spans = signals.spans(recording.time_s)
+            parts.append(np.concatenate([remembered(field[span], repeated=self.repeated) for span in spans]))
+        parts += [channel(recording)[:, None] for channel in self.channels]
+        return Driven(field, np.hstack(parts))
+
+    def _motion(self, recording: Recording) -> Sequence[np.ndarray]:
+        """Return the background and its first two derivatives by time."""
+        if isinstance(self.background, CalibratedField):
+            return [self.background.derivative(recording, order, self.later_s) for order in range(3)]
+        field = self.background(recording)
+        out = [np.empty_like(field) for _ in range(3)]
+        for span in signals.spans(recording.time_s):
+            for order, into in enumerate(out):
+                filtered = taps(order, self.later_s, self.lookahead_rows, round(recording.rate_hz, 6))
+                into[span] = filtered(field[span])
+        return out
