@@ -10,6 +10,8 @@ from magsim import columns
 from magsim.compensation import Compensator, FitContext, create, load, names
 from magsim.dataset import Dataset
 from magsim.errors import DataError, RequestError
+from tests.support.inertial import flown
+from tests.support.methods import without
 from tests.support.worlds import World, calibration, parts
 
 QUICK = {"steps": 6, "every": 3, "batch": 4, "hold_out": "legs"}
@@ -24,6 +26,12 @@ METHODS = {
     "tolles_lawson": {"terms": 3, "solver": "truncated_svd", "band": "broad"},
     "vector_tl": {"second_derivative": True},
     "vector_tl central": {"target": "measured", "derivative": "central"},
+    "exact_norm": {},
+    "exact_norm whole": {"repeated": True},
+    "exact_norm fluxgate": {"direction": "fluxgate", "memory": False},
+    "exact_norm_model": {"direction": "ins"},
+    "exact_norm_measured": {"lookahead": 3},
+    "exact_norm_causal": {},
     "magtcn": {**QUICK, "width": 2, "kernel": 11},
     "magtcn last": {**QUICK, "width": 2, "kernel": 11, "window": 50, "head": "last"},
     "bp": QUICK,
@@ -44,19 +52,32 @@ def learn(method, recording):
     return method
 
 
+@pytest.fixture(scope="module", params=METHODS)
+def case(request):
+    """A method that is not fitted, and what it is fitted to: those of a model field need one that is real."""
+    real = request.param.startswith("exact_norm")
+    recording = without(flown(name="world"), "cur_", "surface_") if real else calibration(WORLD)
+    return create(request.param.split()[0], **METHODS[request.param]), recording
+
+
 @pytest.fixture(scope="module")
 def recording():
     return calibration(WORLD)
 
 
 @pytest.fixture(scope="module")
-def test_rows(recording):
-    return recording.where(split="test").take(slice(0, 1500))
+def learned(case):
+    return case[1]
 
 
-@pytest.fixture(scope="module", params=METHODS)
-def fitted(request, recording):
-    return learn(create(request.param.split()[0], **METHODS[request.param]), recording)
+@pytest.fixture(scope="module")
+def test_rows(learned):
+    return learned.where(split="test").take(slice(0, 1500))
+
+
+@pytest.fixture(scope="module")
+def fitted(case):
+    return learn(*case)
 
 
 def test_every_method_of_the_package_is_checked():
@@ -86,12 +107,12 @@ def test_estimate_does_not_depend_on_reading_labels_or_truth(fitted, test_rows):
     np.testing.assert_array_equal(fitted.interference(test_rows.blind(fitted.requires)), expected)
 
 
-def test_every_declared_family_is_needed(fitted, recording, test_rows):
+def test_every_declared_family_is_needed(fitted, learned, test_rows):
     for pattern in fitted.requires:
         family = columns.family_of(next(n for n in test_rows.data if columns.family_of(n).pattern == pattern))
         bare, short = (
             replace(r, data={n: v for n, v in r.data.items() if columns.family_of(n) != family})
-            for r in (recording, test_rows)
+            for r in (learned, test_rows)
         )
         with pytest.raises(RequestError, match=r"'world' has no column .*, which method .* requires") as error:
             fitted.interference(short)
@@ -103,20 +124,21 @@ def test_every_declared_family_is_needed(fitted, recording, test_rows):
 def test_causal_methods_do_not_look_ahead(fitted, test_rows):
     blind = test_rows.blind()
     changed = {k: np.where(np.arange(1500) < 1000, v, v[::-1]) for k, v in blind.data.items()}
-    before = fitted.interference(blind)[:998]
-    after = fitted.interference(replace(blind, data=changed))[:998]
+    first = 999 - max(fitted.lookahead_rows or 0, 1)
+    before = fitted.interference(blind)[:first]
+    after = fitted.interference(replace(blind, data=changed))[:first]
     if fitted.causal:
         np.testing.assert_array_equal(after, before)
     else:
         assert np.abs(after - before).max() > 1e-6
 
 
-def test_same_seed_same_answer_and_nothing_is_changed(fitted, recording, test_rows):
-    copy = {k: v.copy() for k, v in recording.data.items()}
-    again = learn(fitted.unfitted(), recording)
+def test_same_seed_same_answer_and_nothing_is_changed(fitted, learned, test_rows):
+    copy = {k: v.copy() for k, v in learned.data.items()}
+    again = learn(fitted.unfitted(), learned)
     np.testing.assert_array_equal(again.interference(test_rows), fitted.interference(test_rows))
     for name, column in copy.items():
-        np.testing.assert_array_equal(recording[name], column)
+        np.testing.assert_array_equal(learned[name], column)
 
 
 def test_saved_and_loaded_gives_the_same_bits(fitted, test_rows, tmp_path):

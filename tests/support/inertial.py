@@ -41,7 +41,7 @@ class Inertial:
 
 
 @cache
-def flown(world: Inertial = Inertial(), seed: int = 0) -> Recording:
+def flown(world: Inertial = Inertial(), seed: int = 0, name: str = "inertial") -> Recording:
     """Two square circuits; truth under ``earth_cabin_*``, ``clean_cabin_nt`` and the label."""
     base = calibration(seed=seed)
     time_s = base.time_s
@@ -72,4 +72,4 @@ def flown(world: Inertial = Inertial(), seed: int = 0) -> Recording:
     data |= {"interference_cabin_nt": total - clean, "clean_cabin_nt": clean}
     data |= {f"earth_cabin_{axis}_nt": earth[:, i] for i, axis in enumerate("xyz")}
     data |= {name: base[name] for name in ("circuit", "leg", "turn", "leg_heading_deg", "maneuver", "cycle", "split")}
-    return Recording("inertial", time_s, data, {"start_utc": START, "rate_hz": 10.0})
+    return Recording(name, time_s, data, {"start_utc": START, "rate_hz": 10.0})

@@ -222,7 +222,7 @@ class _Calibration:
         table[:, -3] = np.einsum("ni,ni->n", along, rate)
         table[:, -2] = np.einsum("ni,ni->n", along, bend)
         if flight.length_nt is not None:
-            known = flight.length_nt
+            known = np.where(flight.length_nt > 0.0, flight.length_nt, length)  # a dropout is cut out later
         else:
             model = flight.aligned.field_n + found.offsets_n[number]
             known = np.linalg.norm(model, axis=1)

@@ -35,7 +35,7 @@ _QUIET_NT = 1e-4
 """Least noise: what is fitted to noise-free labels is not exact either [nT]."""
 
 
-class Flight(NamedTuple):
+class FlightRows(NamedTuple):
     """What is fitted of one training recording.
 
     Attributes
@@ -140,7 +140,7 @@ class Estimation:
 
     def step(
         self,
-        flights: Sequence[Flight],
+        flights: Sequence[FlightRows],
         rates: Sequence[np.ndarray],
         at: np.ndarray,
         later_s: float,
@@ -151,7 +151,7 @@ class Estimation:
 
         Parameters
         ----------
-        flights : sequence of Flight
+        flights : sequence of FlightRows
         rates : sequence of (n,) [nT/s]
             Derivative of the interference by time at the coefficients.
         at : (k, 3)
@@ -179,7 +179,7 @@ class Estimation:
         )
 
     def _equations(
-        self, flights: Sequence[Flight], rates: Sequence[np.ndarray], at: np.ndarray
+        self, flights: Sequence[FlightRows], rates: Sequence[np.ndarray], at: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, int]:
         """Return reduced columns (sources, days, lag), the reduced rest, and the number of columns of the sources."""
         own, beside, days = 3 * len(at), flights[0].beside.shape[1], 3 * (len(flights) - 1)

@@ -14,7 +14,7 @@ from magsim.compensation.columns import position_columns
 from magsim.compensation.exact_norm.estimation import (
     Estimated,
     Estimation,
-    Flight,
+    FlightRows,
     exact_interference,
     jacobian_of,
     shares_of,
@@ -129,7 +129,7 @@ class ExactNorm(Compensator):
         at, later_s = np.zeros((len(self._sources.table), 3)), 0.0
         for number in range(_STEPS):
             driven = [self._sources(recording) for recording in recordings]
-            flights = [Flight(*row) for row in zip(driven, values, beside, strict=True)]
+            flights = [FlightRows(*row) for row in zip(driven, values, beside, strict=True)]
             rates = [_rate(exact_interference(one, at), r) for one, r in zip(driven, recordings, strict=True)]
             found = estimation.step(flights, rates, at, later_s, size_groups=number > 0)
             at, later_s = found.coefficients, found.later_s

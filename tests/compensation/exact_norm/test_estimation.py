@@ -8,7 +8,7 @@ from magsim.compensation.exact_norm.estimation import (
     DAY_NT,
     LATER_S,
     Estimation,
-    Flight,
+    FlightRows,
     exact_interference,
     jacobian_of,
     shares_of,
@@ -74,7 +74,7 @@ def test_the_solution_is_that_of_scipy_for_the_same_problem():
     target = exact_interference(driven, TRUTH) + noise
     reduction = Reduction([TIME_S], [np.ones(len(TIME_S), dtype=bool)], 10.0)
     estimation = Estimation(TABLE, reduction)
-    found = fitted(estimation, [Flight(driven, target, np.zeros((len(TIME_S), 0)))])
+    found = fitted(estimation, [FlightRows(driven, target, np.zeros((len(TIME_S), 0)))])
     size = np.array([signal.size for signal in TABLE]).repeat(3)
 
     def cost(scaled):
@@ -100,7 +100,7 @@ def test_errors_of_the_estimate_are_as_large_as_its_scatter():
     ratios = []
     for _ in range(60):
         target = clean + 0.02 * RNG.standard_normal(len(TIME_S))
-        found = fitted(Estimation(TABLE, reduction), [Flight(driven, target, beside)])
+        found = fitted(Estimation(TABLE, reduction), [FlightRows(driven, target, beside)])
         error = reduction([(exact_interference(driven, found.coefficients) - clean)[:, None]])
         jacobian = reduction([jacobian_of(driven, found.coefficients)])
         expected = np.sum((jacobian @ found.root) ** 2, axis=1)
@@ -117,7 +117,7 @@ def test_a_group_that_explains_nothing_shrinks_to_nothing():
     reduction = Reduction([TIME_S], [np.ones(len(TIME_S), dtype=bool)], 10.0)
     estimation = Estimation(table, reduction)
     at = np.zeros(truth.shape)
-    flights = [Flight(idle, target, np.zeros((len(TIME_S), 0)))]
+    flights = [FlightRows(idle, target, np.zeros((len(TIME_S), 0)))]
     for number in range(5):
         found = estimation.step(flights, [np.zeros(len(TIME_S))], at, 0.0, size_groups=number > 0)
         at = found.coefficients
@@ -134,7 +134,7 @@ def test_flights_of_two_days_have_common_coefficients_and_magnets_of_their_own()
         moved[0] += change
         clean.append(exact_interference(driven, TRUTH))
         target = exact_interference(driven, moved) + 1e-3 * RNG.standard_normal(len(TIME_S))
-        flights.append(Flight(driven, target, np.zeros((len(TIME_S), 0))))
+        flights.append(FlightRows(driven, target, np.zeros((len(TIME_S), 0))))
     reads = [np.ones(len(TIME_S), dtype=bool)] * 2
     found = fitted(Estimation(TABLE, Reduction([TIME_S, TIME_S], reads, 10.0)), flights)
     # the mean of the two days is found as if there were no days
