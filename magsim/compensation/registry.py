@@ -50,6 +50,7 @@ _REGISTRY: dict[str, Entry] = {
     # the best of paper 002: order 3, with the height
     "tl16_gradient": Entry(_TOLLES_LAWSON, {"terms": 16, "target": "measured"}, {"order": 3, "vertical": True}),
     "tolles_lawson": Entry(_TOLLES_LAWSON),
+    "tl16_recursive": Entry("magsim.compensation.recursive:RecursiveTollesLawson"),
     "vector_tl": Entry("magsim.compensation.vector_tl:VectorTollesLawson"),
     "exact_norm": Entry(_EXACT_NORM),
     "exact_norm_model": Entry(_EXACT_NORM, {"target": "model"}),

@@ -62,6 +62,7 @@ def rows_of(recording: Recording) -> list[Row]:
     quick = {"steps": 20, "every": 10, "batch": 4}
     methods = {
         "tl16": (create("tl16"), 12_000),
+        "tl16_recursive": (create("tl16_recursive"), 6000),
         "bp": (create("bp", **quick), 3000),
         "own_estimate": (Mean(), 3000),
     }

@@ -24,6 +24,8 @@ METHODS = {
     "tl16_gradient": {},
     "tl16_gradient plain": {"order": 0, "vertical": False, "derivative": "spline"},
     "tolles_lawson": {"terms": 3, "solver": "truncated_svd", "band": "broad"},
+    "tl16_recursive": {},
+    "tl16_recursive short": {"target": "measured", "forgetting_s": 60.0, "anchor_s": 5.0},
     "vector_tl": {"second_derivative": True},
     "vector_tl central": {"target": "measured", "derivative": "central"},
     "exact_norm": {},
@@ -37,7 +39,7 @@ METHODS = {
     "bp": QUICK,
     "bp window": {**QUICK, "per": "window", "window": 50, "hidden": (4,)},
 }
-READ_THE_READING = {"vector_tl"}
+READ_THE_READING = {"tl16_recursive", "vector_tl"}
 WORLD = World(eddy_tau_s=0.01)
 
 

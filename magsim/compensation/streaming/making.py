@@ -56,7 +56,7 @@ def make_stream(
     if not 0.0 < feed.rate_hz < float("inf"):
         msg = f"method {method.name}: rate_hz is {feed.rate_hz}; a stream needs the rows a second, a number above 0"
         raise RequestError(msg)
-    return Stream(_streamer(method, feed), sensor=sensor, rate_hz=feed.rate_hz)
+    return Stream(lambda: _streamer(method, feed), sensor=sensor, rate_hz=feed.rate_hz)
 
 
 def _streamer(method: Streamable, feed: Feed) -> Streamer:

@@ -49,7 +49,8 @@ class Feed:
 class RowWise(Protocol[T_co]):
     """Makes something of each row of a piece, a fixed number of rows later.
 
-    A piece is a run of rows without a gap in time. What comes of a row never depends on another piece.
+    A piece is a run of rows without a gap in time. No filter and no derivative reaches over a gap; what a method has
+    learned in flight may.
     """
 
     @property
@@ -79,7 +80,7 @@ class RowWise(Protocol[T_co]):
         """
 
     def finish(self) -> Sequence[T_co]:
-        """End the piece: return the results of its last ``lookahead_rows`` rows, or fewer, and be as new."""
+        """End the piece: return the results of its last ``lookahead_rows`` rows, or fewer, and be ready for another."""
 
 
 Streamer = RowWise[float]

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -37,8 +37,9 @@ class Stream:
     rate_hz : float [Hz]
     """
 
-    def __init__(self, streamer: Streamer, *, sensor: str, rate_hz: float) -> None:
-        self._streamer = streamer
+    def __init__(self, make: Callable[[], Streamer], *, sensor: str, rate_hz: float) -> None:
+        self._make = make
+        self._streamer = streamer = make()
         self.sensor = sensor
         reading = MAG.name(sensor=sensor)
         self.columns = tuple(dict.fromkeys((TIME, *streamer.columns, reading)))
@@ -116,6 +117,7 @@ class Stream:
     def finish(self) -> list[Estimate]:
         """Return the estimates that are still due, in order; the next row begins anew, at whatever time."""
         self._end_piece()
+        self._streamer = self._make()
         self._last_s, self._off = None, 0
         left = list(self._ready)
         self._ready.clear()
