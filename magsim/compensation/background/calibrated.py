@@ -6,9 +6,11 @@ import numpy as np
 
 from magsim import columns, signals
 from magsim.compensation.background.channels import Channel
+from magsim.compensation.background.rows import CalibratedRows
 from magsim.compensation.background.taps import taps
 from magsim.compensation.columns.direction import pick_fluxgate
 from magsim.compensation.saving import State
+from magsim.compensation.streaming.protocol import Feed
 from magsim.errors import DataError
 from magsim.recording import Recording
 from magsim.threads import one_blas_thread
@@ -141,6 +143,21 @@ class CalibratedField:
         design = self.regressors(recording, self.lag_s + later_s, self.curvature_s2, order)
         with one_blas_thread():
             return design @ self.matrix
+
+    def rows(self, feed: Feed) -> CalibratedRows:
+        """Return the background row by row."""
+        known, rate_hz = self.regressors, round(feed.rate_hz, 6)
+        value, change, bend = (taps(order, self.lag_s, self.lookahead_rows, rate_hz).weights for order in range(3))
+        as_is, moving = self.matrix[1:4], self.matrix[4:7]
+        weights = (value + self.curvature_s2 * bend)[:, None, None] * as_is + change[:, None, None] * moving
+        return CalibratedRows(
+            known.fluxgate,
+            [channel.rows(feed.rate_hz) for channel in known.channels],
+            weights=weights,
+            constant=self.matrix[0],
+            matrix=self.matrix[7:],
+            lookahead_rows=self.lookahead_rows,
+        )
 
     def state(self) -> State:
         """Return what a file needs."""

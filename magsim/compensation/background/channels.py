@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magsim import columns
+from magsim.compensation.background.rows import ChannelRows
 from magsim.compensation.columns.base import require
 from magsim.errors import DataError
 from magsim.recording import Recording
@@ -80,6 +81,10 @@ class Channel:
             zero = np.cumsum(np.where(resting, above, 0.0)) / np.maximum(np.cumsum(resting), 1)
             out[span] = values[span] - zero
         return out
+
+    def rows(self, rate_hz: float) -> ChannelRows:
+        """Return the channel row by row."""
+        return ChannelRows(self.name, self.rest, max(round(MEAN_S * rate_hz), 1), ZERO_A)
 
 
 def trailing_mean(values: np.ndarray, rows: int) -> np.ndarray:

@@ -11,8 +11,10 @@ from magsim.compensation.background.calibrated import CalibratedField, Regressor
 from magsim.compensation.background.calibration import calibrate
 from magsim.compensation.background.channels import live_channels
 from magsim.compensation.background.model import ModelField
+from magsim.compensation.background.rows import VectorRows
 from magsim.compensation.columns.direction import pick_fluxgate
 from magsim.compensation.saving import State
+from magsim.compensation.streaming import Feed, FluxgateRows
 from magsim.recording import Recording
 
 Direction = Literal["fluxgate", "ins", "calibrated"]
@@ -35,6 +37,9 @@ class BackgroundField(Protocol):
     def __call__(self, recording: Recording) -> np.ndarray:
         """Return the background, (n, 3) [nT], in body axes, or in those of the fluxgate that is taken as it is."""
 
+    def rows(self, feed: Feed) -> VectorRows:
+        """Return the background row by row."""
+
     def state(self) -> State:
         """Return what a file needs."""
 
@@ -54,6 +59,10 @@ class FluxgateField:
     def __call__(self, recording: Recording) -> np.ndarray:
         """Return the reading, (n, 3) [nT]."""
         return fluxgate_reading(recording, self.fluxgate)
+
+    def rows(self, feed: Feed) -> FluxgateRows:
+        """Return the reading row by row."""
+        return FluxgateRows(self.fluxgate)
 
     def state(self) -> State:
         """Return what a file needs."""

@@ -7,8 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from magsim import columns
+from magsim.compensation.background.rows import ModelRows
 from magsim.compensation.columns.base import require
 from magsim.compensation.saving import State
+from magsim.compensation.streaming.protocol import Feed
 from magsim.earth import decimal_years, igrf
 from magsim.errors import DataError, RequestError
 from magsim.frames import rot_nb_from_attitude, rotate_back
@@ -83,6 +85,10 @@ class ModelField:
     def __call__(self, recording: Recording) -> np.ndarray:
         """Return the model field in body axes, (n, 3) [nT]; see ``model_along`` for what is raised."""
         return model_along(recording).field_b
+
+    def rows(self, feed: Feed) -> ModelRows:
+        """Return the model field row by row; see ``ModelRows`` for what is raised."""
+        return ModelRows(feed)
 
     def state(self) -> State:
         """Return what a file needs."""
