@@ -68,6 +68,8 @@ class Compensator(Explained):
         method that declares both can be streamed.
     warmup_s : float [s]
         Time at the start of each piece in which the estimate may be NaN.
+    adapts : bool
+        Whether it learns while it estimates: what it has learned of one piece stays in the next of the same recording.
     presets : mapping
         Named sets of parameters.
     settings_type : type, optional
@@ -82,6 +84,7 @@ class Compensator(Explained):
     lookahead_rows: int | None = 1
     memory_rows: int | None = None
     warmup_s: float = 0.0
+    adapts: bool = False
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {}
     settings_type: ClassVar[type | None] = None
     settings: Any

@@ -67,6 +67,11 @@ class RecursiveTollesLawson(TollesLawson):
         self.anchor_s = anchor_s
 
     @property
+    def adapts(self) -> bool:  # type: ignore[override]
+        """Whether it learns in flight."""
+        return self.adapt
+
+    @property
     def requires(self) -> tuple[str, ...]:  # type: ignore[override]
         """The fluxgate, and the reading where it follows the flight."""
         return (FLUX.pattern, MAG.pattern) if self.adapt else (FLUX.pattern,)
