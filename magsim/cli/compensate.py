@@ -12,6 +12,7 @@ from magsim.errors import RequestError
 
 if TYPE_CHECKING:
     from magsim.compensation import Compensator
+    from magsim.compensation.streaming import Stream
     from magsim.exchange.compensating import PickedLines, SurveyFile
 
 FORMATS = ("recording", "mit", "sgl-xyz", "xyz", "csv")
@@ -135,10 +136,14 @@ def _reader_of_stdin(
         msg = f"--format {kind}: standard input is text; allowed: csv, xyz, sgl-xyz"
         raise RequestError(msg)
     method, mapping = load(model), compensating.read_map(column_map)
-    stream = method.stream(rate_hz=rate_hz)
+    if not method.causal:
+        method.stream()  # tells why there is none, before anything is read
+
+    def make(start_utc: str | None) -> "Stream":
+        return method.stream(rate_hz=rate_hz, start_utc=start_utc)
 
     def read(write: Write) -> object:
-        feed = compensating.LineFeed(stream, kind, mapping, write, lines=lines)
+        feed = compensating.LineFeed(make, kind, mapping, write, lines=lines)
         return feed.run(sys.stdin.buffer)
 
     return read

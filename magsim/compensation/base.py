@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self, final
 
@@ -283,7 +283,8 @@ class Compensator(Explained):
         """
         self.check_fitted()
         known = self._fitted_on or Feed(1.0)
-        own = None if self.lookahead_rows is None else self._streamer(known)
+        # only its columns are asked for: any date will do
+        own = None if self.lookahead_rows is None else self._streamer(replace(known, start_utc="2000-01-01"))
         names = [name for name in known.columns if name in available] if own is None else own.columns
         return tuple(name for name in names if name != columns.TIME)
 

@@ -31,13 +31,14 @@ def _plain(value: object) -> object:
 
 
 class ColumnMap(Strict):
-    """A map file: names of a foreign file for columns of a recording."""
+    """A map file: names of a foreign file for columns of a recording, and the numbers that stand for missing values."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     start_utc: datetime | None = None
     time: str | None = None
     line: str | None = None
     flight: str | None = None
+    nulls: tuple[float, ...] = ()
     columns: dict[str, Annotated[FieldSource, BeforeValidator(_plain)]] = Field(default_factory=dict)
 
 

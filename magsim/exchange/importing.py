@@ -119,7 +119,7 @@ def import_flight(
         matches.append(match_fields(available, mapping, layout=kind, where=str(path)))
         return matches[0].wanted()
 
-    fields = READERS[kind](path, choose)
+    fields = READERS[kind](path, choose, mapping.nulls)
     match = matches[0]
     for name, values in fields.items():
         if np.isinf(values).any():

@@ -5,7 +5,7 @@ characters. So every root data set has one value for each row, and groups and te
 (MagNav.jl, ``src/get_XYZ.jl``, get_XYZ20).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -103,7 +103,9 @@ def _text(text: str) -> np.ndarray:
     return np.array(data, dtype=h5py.string_dtype("utf-8", max(1, len(data))))
 
 
-def read(path: Path, choose: Callable[[Sequence[str]], Mapping[str, str]]) -> dict[str, np.ndarray]:
+def read(
+    path: Path, choose: Callable[[Sequence[str]], Mapping[str, str]], nulls: Collection[float] = ()
+) -> dict[str, np.ndarray]:
     """Read fields of a file in this layout.
 
     Parameters
@@ -111,6 +113,8 @@ def read(path: Path, choose: Callable[[Sequence[str]], Mapping[str, str]]) -> di
     path : Path
     choose : callable
         Called with the names of all members of the root; returns a mapping whose keys are those that are wanted.
+    nulls : collection of float
+        Numbers that stand for missing values.
 
     Returns
     -------
@@ -139,5 +143,7 @@ def read(path: Path, choose: Callable[[Sequence[str]], Mapping[str, str]]) -> di
             values = root.array(name, kind="f", ndim=1)
             if values.shape != time_s.shape:
                 root.refuse(f"{name} has {len(values)} values and {TIME} has {len(time_s)}")
-            found[name] = values.astype(float)
+            found[name] = (
+                np.where(np.isin(values, list(nulls)), np.nan, values.astype(float)) if nulls else values.astype(float)
+            )
         return found

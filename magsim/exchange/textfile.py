@@ -39,7 +39,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})(?:[eE][+
 Choose = Callable[[Sequence[str]], Collection[str]]
 
 
-def read_csv(path: Path, choose: Choose) -> dict[str, np.ndarray]:
+def read_csv(path: Path, choose: Choose, nulls: Collection[float] = ()) -> dict[str, np.ndarray]:
     """Read columns of a table with commas and one line of names.
 
     Parameters
@@ -47,6 +47,8 @@ def read_csv(path: Path, choose: Choose) -> dict[str, np.ndarray]:
     path : Path
     choose : callable
         Called with the names of all columns; returns those that are wanted.
+    nulls : collection of float
+        Numbers that stand for missing values.
 
     Returns
     -------
@@ -60,18 +62,18 @@ def read_csv(path: Path, choose: Choose) -> dict[str, np.ndarray]:
     DataError
         If its content is not such a table.
     """
-    return read_table(path, CsvRows(str(path)), choose)
+    return read_table(path, CsvRows(str(path)), choose, nulls)
 
 
-def read_xyz(path: Path, choose: Choose) -> dict[str, np.ndarray]:
+def read_xyz(path: Path, choose: Choose, nulls: Collection[float] = ()) -> dict[str, np.ndarray]:
     """Read columns of an XYZ file, as SGL or as Geosoft writes it.
 
     ``LINE`` and ``TIE`` records become the field ``line_record``. See ``read_csv`` for arguments and errors.
     """
-    return read_table(path, XyzRows(str(path)), choose)
+    return read_table(path, XyzRows(str(path)), choose, nulls)
 
 
-def read_table(path: Path, rows: "Rows", choose: Choose) -> dict[str, np.ndarray]:
+def read_table(path: Path, rows: "Rows", choose: Choose, nulls: Collection[float]) -> dict[str, np.ndarray]:
     """Read columns of a table whose lines are read one by one; see ``read_csv``."""
     picked: PickedColumns | None = None
     stored: list[array[float]] = []
@@ -79,7 +81,7 @@ def read_table(path: Path, rows: "Rows", choose: Choose) -> dict[str, np.ndarray
     for number, line in lines_of(path):
         row = rows.row(number, text_of(str(path), number, line))
         if rows.names and picked is None:
-            picked = PickedColumns(str(path), rows, choose(rows.names))
+            picked = PickedColumns(str(path), rows, choose(rows.names), nulls)
             stored = [array("d") for _ in picked.names]
         if row is None or picked is None:
             continue
@@ -215,8 +217,9 @@ class PickedColumns:
         Of the wanted columns, in the order of the table.
     """
 
-    def __init__(self, where: str, rows: Rows, wanted: Collection[str]) -> None:
+    def __init__(self, where: str, rows: Rows, wanted: Collection[str], nulls: Collection[float] = ()) -> None:
         self._where = where
+        self._nulls = frozenset(nulls)
         self._count = len(rows.names)
         self._columns = [(i, name) for i, name in enumerate(rows.names) if name in wanted]
         self.names = tuple(name for _, name in self._columns)
@@ -236,6 +239,8 @@ class PickedColumns:
     def _number(self, number: int, name: str, text: str) -> float:
         if _NUMBER.fullmatch(text):
             value = float(text)
+            if value in self._nulls:
+                return np.nan
             if not -LARGEST <= value <= LARGEST:
                 _refuse(self._where, number, f"{name} is {text[:40]}; allowed: magnitudes up to {LARGEST:g}")
             return value

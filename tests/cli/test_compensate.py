@@ -271,7 +271,7 @@ def test_rows_of_a_recording_that_are_not_asked_for_are_left_out(recording, mode
 
 def test_hdf5_in_the_layout_of_magnav_gets_two_fields(recording, magsim):
     """A network that looks ahead without limit will do for a file; its columns are those of the layout."""
-    flight = recording.take(slice(0, 900))
+    flight = recording.take(slice(0, 3200))
     source = exchange.export([(1, flight)], "mit", Path("in_mit.h5"), roles=["input", "segment"])[0]
     real = exchange.import_flight(source).recording
     method = create("tolles_lawson", derivative="spline", target="measured").fit(real)

@@ -1,7 +1,7 @@
 """PickedLines of a text as they come: one line in, one line out, as many rows later as the method looks ahead."""
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -15,7 +15,8 @@ from magsim.exchange.columnmap import ColumnMap, FieldMatch, match_fields
 from magsim.exchange.compensating.lines import PickedLines
 from magsim.exchange.compensating.reading import restricted
 from magsim.exchange.compensating.writing import Appender, check_new, is_head, new_columns, row_parser
-from magsim.exchange.importing import converted
+from magsim.exchange.importing import converted, start_of
+from magsim.exchange.textfile import CsvRows, PickedColumns, XyzRows
 from magsim.recording.channels import problems_of
 
 STDIN = "standard input"
@@ -78,7 +79,8 @@ class LineFeed:
 
     Parameters
     ----------
-    stream : Stream
+    make : callable
+        Makes the stream, given the instant of time 0 as text, or None where text and map do not tell it.
     kind : str
         Format of the text.
     mapping : ColumnMap
@@ -90,26 +92,19 @@ class LineFeed:
 
     def __init__(
         self,
-        stream: Stream,
+        make: Callable[[str | None], Stream],
         kind: str,
         mapping: ColumnMap,
         write: Callable[[bytes], object],
         *,
         lines: PickedLines | None = None,
     ) -> None:
-        self._stream = stream
-        self._kind, self._mapping, self._lines = kind, mapping, lines
-        self._names = new_columns(stream.sensor)
+        self._make, self._kind, self._mapping = make, kind, mapping
+        self._write, self._lines = write, lines
         self._rows = row_parser(kind, STDIN)
-        self._appender = Appender(kind, self._names)
-        self._output = _Output(self._appender, write)
-        self._picked: textfile.PickedColumns | None = None
-        self._match: FieldMatch | None = None
         self._held: list[tuple[int, bytes]] = []
-        """PickedLines before the first row of an XYZ text: which of them names the columns is not known yet."""
-        self._place: tuple[float, ...] = ()
-        self._last_s = -np.inf
-        self._is_checked = False
+        """Lines before the first row: in XYZ it tells which of them names the columns."""
+        self._table: _Table | None = None
 
     def run(self, source: BinaryIO) -> int:
         """Take all lines until the end.
@@ -131,95 +126,120 @@ class LineFeed:
             for number, line in textfile.lines_from(STDIN, source):
                 count += self._take(number, line)
         finally:
-            self._output.estimates(self._stream.finish())
-        if self._picked is None:
-            msg = f"{STDIN}: {self._rows.empty}"
+            if self._table is not None:
+                self._table.finish()
+        if self._table is None:
+            msg = f"{STDIN}: {'has no row of numbers' if self._rows.names else self._rows.empty}"
             raise DataError(msg)
         return count
 
     def _take(self, number: int, line: bytes) -> bool:
         """Take a line; whether it is a row."""
-        text = textfile.text_of(STDIN, number, line)
-        row = self._rows.row(number, text)
-        if self._rows.names and self._picked is None:
-            self._begin()
-        if row is None or self._picked is None:
-            if self._picked is None:
+        row = self._rows.row(number, textfile.text_of(STDIN, number, line))
+        if row is None:
+            if self._table is None:
                 self._held.append((number, line))
             else:
-                self._output.line(self._with_names(number, line))
+                self._table.other(number, line)
             return False
-        self._push(number, line, self._picked.values(number, row))
+        if self._table is None:
+            self._table = self._begin(number, row)
+            for place, held in self._held:
+                self._table.other(place, held)
+            self._held.clear()
+        self._table.row(number, line, row)
         return True
 
-    def _begin(self) -> None:
-        """Match the columns, now that their names are known, and give out what was held."""
-        check_new(self._rows.names, self._names, STDIN)
+    def _begin(self, number: int, row: Sequence[str]) -> "_Table":
+        """Make the stream and match its columns, now that names and date are known."""
         match = match_fields(self._rows.names, self._mapping, layout=self._kind, where=STDIN)
-        needed = [name for name in self._stream.columns if name != columns.TIME]
+        if self._lines is not None and not match.line:
+            msg = f"--lines {self._lines.text}: {STDIN} has no numbers of lines; the key line of a map names them"
+            raise RequestError(msg)
+        dated = [name for name in (match.year, match.doy) if name]
+        found = PickedColumns(STDIN, self._rows, dated, self._mapping.nulls)
+        date = dict(zip(found.names, found.values(number, row), strict=True))
+        start = start_of(STDIN, {match.time: 0.0, **date}, match, self._mapping)
+        stream = self._make(None if start is None else start.isoformat())
+        needed = [name for name in stream.columns if name != columns.TIME]
         missing = [name for name in needed if name not in match.sources]
         if missing:
             has = ", ".join(list(match.sources)[:20]) or "no column of a recording"
             msg = f"{STDIN}: there is no {', '.join(missing)}, which the method needs; there is {has}; "
             msg += "--map names columns"
             raise RequestError(msg)
-        if self._lines is not None and not match.line:
-            msg = f"--lines {self._lines.text}: {STDIN} has no numbers of lines; the key line of a map names them"
-            raise RequestError(msg)
-        self._match = restricted(match, needed)
-        self._picked = textfile.PickedColumns(STDIN, self._rows, self._match.wanted())
-        for number, line in self._held:
-            self._output.line(self._with_names(number, line))
-        self._held.clear()
+        names = new_columns(stream.sensor)
+        check_new(self._rows.names, names, STDIN)
+        kept = restricted(match, needed)
+        picked = PickedColumns(STDIN, self._rows, kept.wanted(), self._mapping.nulls)
+        appender = Appender(self._kind, names)
+        return _Table(stream, self._rows, kept, picked, appender, _Output(appender, self._write), self._lines)
 
-    def _with_names(self, number: int, line: bytes) -> bytes:
-        """Return a line that is no row, with the new names where it names the columns."""
-        named = is_head(self._rows, number, textfile.text_of(STDIN, number, line))
-        return self._appender.head(line) if named else line
 
-    def _push(self, number: int, line: bytes, numbers: list[float]) -> None:
-        assert self._match is not None
-        assert self._picked is not None
-        fields = dict(zip(self._picked.names, numbers, strict=True))
+@dataclass
+class _Table:
+    """The rows of a text whose columns are known."""
+
+    stream: Stream
+    rows: CsvRows | XyzRows
+    match: FieldMatch
+    picked: PickedColumns
+    appender: Appender
+    output: _Output
+    lines: PickedLines | None
+    place: tuple[float, ...] = ()
+    last_s: float = -np.inf
+    is_checked: bool = False
+
+    def finish(self) -> None:
+        """Write what is still due."""
+        self.output.estimates(self.stream.finish())
+
+    def other(self, number: int, line: bytes) -> None:
+        """Take a line that is no row; one that names the columns gets the new names."""
+        named = is_head(self.rows, number, textfile.text_of(STDIN, number, line))
+        self.output.line(self.appender.head(line) if named else line)
+
+    def row(self, number: int, line: bytes, texts: Sequence[str]) -> None:
+        """Take a row."""
+        fields = dict(zip(self.picked.names, self.picked.values(number, texts), strict=True))
         values = self._values(number, fields)
         if values is None:
-            self._output.row(line, is_due=False)
+            self.output.row(line, is_due=False)
             return
         self._check_time(number, fields, values[0])
-        found = self._stream.push_values(values)
-        self._output.row(line, is_due=True)
-        self._output.estimates([] if found is None else [found])
+        found = self.stream.push_values(values)
+        self.output.row(line, is_due=True)
+        self.output.estimates([] if found is None else [found])
 
     def _values(self, number: int, fields: dict[str, float]) -> np.ndarray | None:
         """Return what the stream takes; None for a row that is not asked for, or lacks a value."""
-        assert self._match is not None
-        if self._lines is not None and fields[self._match.line] not in self._lines:
+        if self.lines is not None and fields[self.match.line] not in self.lines:
             return None
         where = f"{STDIN}:{number}"
         data = {
             name: converted(where, name, source, np.array([fields[source.column]]))
-            for name, source in self._match.sources.items()
+            for name, source in self.match.sources.items()
         }
-        values = np.array([fields[self._match.time], *(data[name][0] for name in self._stream.columns[1:])])
+        values = np.array([fields[self.match.time], *(data[name][0] for name in self.stream.columns[1:])])
         if not np.isfinite(values).all():
             return None
-        if not self._is_checked:
+        if not self.is_checked:
             problems = problems_of(data)
             if problems:
                 raise DataError("\n".join(f"{where}: {problem}" for problem in problems))
-            self._is_checked = True
+            self.is_checked = True
         return values
 
     def _check_time(self, number: int, fields: dict[str, float], time_s: float) -> None:
         """Begin anew where another line or flight begins at an earlier time."""
-        assert self._match is not None
-        place = tuple(fields[name] for name in (self._match.flight, self._match.line) if name)
-        if time_s <= self._last_s:
-            if place == self._place:
+        place = tuple(fields[name] for name in (self.match.flight, self.match.line) if name)
+        if time_s <= self.last_s:
+            if place == self.place:
                 msg = (
-                    f"{STDIN}:{number}: time does not increase strictly: {time_s:.10g} follows {self._last_s:.10g} on "
+                    f"{STDIN}:{number}: time does not increase strictly: {time_s:.10g} follows {self.last_s:.10g} on "
                     "the same line"
                 )
                 raise DataError(msg)
-            self._output.estimates(self._stream.finish())
-        self._place, self._last_s = place, time_s
+            self.finish()
+        self.place, self.last_s = place, time_s

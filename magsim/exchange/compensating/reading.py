@@ -79,7 +79,7 @@ def read_survey(path: Path, kind: str | None, mapping: ColumnMap, keep: Keep | N
         matches.append(match if keep is None else restricted(match, keep(match.sources)))
         return matches[0].wanted()
 
-    fields = READERS[kind](path, choose)
+    fields = READERS[kind](path, choose, mapping.nulls)
     match = matches[0]
     for name, values in fields.items():
         if np.isinf(values).any():
