@@ -40,7 +40,9 @@ def import_(  # noqa: PLR0917 - the options
     window are left out. Without windows all rows are imported, without a split.
     """  # noqa: D301 - \b is for click
     from magsim import exchange, storage
+    from magsim.cli.messages import print_error
     from magsim.errors import RequestError
+    from magsim.recording.foreign import doubts_of
 
     if output is not None:
         storage.check_target(output, force=force)
@@ -54,5 +56,7 @@ def import_(  # noqa: PLR0917 - the options
     for note in made.notes:
         click.echo(note, err=True)
     recording = made.recording
+    for doubt in doubts_of(recording):
+        print_error(f"warning: {recording.name}: {doubt}")
     duration = recording.time_s[-1] - recording.time_s[0]
     click.echo(f"{target}: {len(recording)} rows, {duration:.1f} s, {len(recording.data)} columns")

@@ -20,6 +20,9 @@ from magsim.streams import stream
 RATE_HZ = 10.0
 LEG_S, TURN_S, LEGS = 70.0, 12.0, 8
 SPEED_MPS, ALT_M, LAT_DEG, LON_DEG = 70.0, 1200.0, 45.3, -75.7
+NOSE_UP = 0.03
+"""Pitch of level flight [rad]."""
+
 METERS_A_DEG = 111_200.0
 GUSTS_HZ = (0.13, 0.21, 0.34, 0.47)
 START_UTC = "2026-05-04T14:00:00+00:00"
@@ -43,7 +46,9 @@ def check_flight(seed: int = 0) -> Recording:
     count = round(LEGS * (LEG_S + TURN_S) * RATE_HZ)
     time_s = np.arange(count) / RATE_HZ
     attitude, segments = _attitude(time_s, random)
-    climb = np.gradient(30.0 * np.sin(2.0 * np.pi * time_s / 47.0), time_s) + SPEED_MPS * np.sin(attitude[:, 1])
+    climb = np.gradient(30.0 * np.sin(2.0 * np.pi * time_s / 47.0), time_s) + SPEED_MPS * np.sin(
+        attitude[:, 1] - NOSE_UP
+    )
     velocity = np.column_stack([SPEED_MPS * np.cos(attitude[:, 2]), SPEED_MPS * np.sin(attitude[:, 2]), -climb])
     place = np.cumsum(velocity, axis=0) / RATE_HZ
     lat = LAT_DEG + place[:, 0] / METERS_A_DEG
@@ -96,7 +101,7 @@ def _attitude(time_s: np.ndarray, random: np.random.Generator) -> tuple[np.ndarr
     into = time_s - number * (LEG_S + TURN_S)
     turn = np.clip((into - LEG_S) / TURN_S, 0.0, 1.0)
     smooth = turn**3 * (10.0 - 15.0 * turn + 6.0 * turn**2)
-    attitude = np.column_stack([0.35 * np.sin(np.pi * turn) ** 2, np.full(len(time_s), 0.03), np.zeros(len(time_s))])
+    attitude = np.column_stack([0.35 * np.sin(np.pi * turn) ** 2, np.full(len(time_s), NOSE_UP), np.zeros(len(time_s))])
     maneuver = np.zeros(len(time_s))
     for leg in range(LEGS):
         begin = leg * (LEG_S + TURN_S) + 4.0
