@@ -28,6 +28,10 @@ LATER_S = 0.05
 _HUBER = 4.0
 _ROUNDS = 40
 _CLOSE = 0.01
+_DOUBT = 1.0
+"""Coefficients of nothing that a group counts beside its own: one that explains little shrinks to nothing."""
+
+_LAGS = 60
 _SMALLEST = 1e-4
 """A group may shrink to so much of its size before any flight."""
 
@@ -136,7 +140,7 @@ class Estimation:
         groups = list(dict.fromkeys(signal.group for signal in table))
         self.group = np.array([groups.index(signal.group) for signal in table]).repeat(3)
         self.shrunk = np.ones(len(groups))
-        self.noise_nt = 0.1
+        self.noise_nt, self.per_row = 0.1, reduction.per_row
 
     def step(
         self,
@@ -216,7 +220,7 @@ class Estimation:
 
     def _solve(self, matrix: np.ndarray, target: np.ndarray, *, size_groups: bool) -> tuple[np.ndarray, np.ndarray]:
         """Return scaled coefficients and a root of their covariance; noise, groups and weights settle on the way."""
-        rows, per_row = len(target), self.reduction.per_row
+        rows, per_row = len(target), self.per_row
         own = len(self.group)
         weights = np.ones(rows)
         normal, right, square = matrix.T @ matrix, matrix.T @ target, target @ target
@@ -248,7 +252,9 @@ class Estimation:
         scaled = np.vstack([matrix * (np.sqrt(weights) / noise)[:, None], rows_of_prior])
         basis, upper = np.linalg.qr(scaled)
         root = solve_triangular(upper, np.eye(len(upper)))
-        return root @ (basis[:rows].T @ (target * np.sqrt(weights) / noise)), root
+        found = root @ (basis[:rows].T @ (target * np.sqrt(weights) / noise))
+        self.per_row = max(_rows_for_one(target - matrix @ found), self.reduction.per_row)
+        return found, root
 
     def _prior(self, count: int) -> np.ndarray:
         """Return the inverse variances of the scaled coefficients: sources, then days and lag."""
@@ -260,7 +266,18 @@ class Estimation:
         """Set the deviation of each group to that of its coefficients."""
         square = np.bincount(self.group, found**2, minlength=len(self.shrunk))
         number = np.bincount(self.group, known, minlength=len(self.shrunk))
-        self.shrunk = np.clip(np.sqrt(square / np.maximum(number, 1e-3)), _SMALLEST, 1.0)
+        self.shrunk = np.clip(np.sqrt(square / (number + _DOUBT)), _SMALLEST, 1.0)
+
+
+def _rows_for_one(residual: np.ndarray) -> float:
+    """Return how many rows of a correlated residual count as one: 1 + 2 sum of the squared autocorrelation.
+
+    Geology lies at the lower edge of the band, and fewer of its rows are independent than the band alone leaves.
+    """
+    square = residual @ residual
+    lags = min(_LAGS, len(residual) - 1)
+    found = np.array([residual[:-lag] @ residual[lag:] for lag in range(1, lags + 1)]) / square
+    return float(1.0 + 2.0 * np.sum((1.0 - np.arange(1, lags + 1) / (lags + 1)) * found**2))
 
 
 def _contrasts(count: int) -> np.ndarray:
