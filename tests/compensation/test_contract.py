@@ -54,12 +54,16 @@ def learn(method, recording):
     return method
 
 
+def recording_for(name):
+    """What a method is fitted to: one of a model field needs a field that is real."""
+    real = name.startswith("exact_norm")
+    return without(flown(name="world"), "cur_", "surface_") if real else calibration(WORLD)
+
+
 @pytest.fixture(scope="module", params=METHODS)
 def case(request):
-    """A method that is not fitted, and what it is fitted to: those of a model field need one that is real."""
-    real = request.param.startswith("exact_norm")
-    recording = without(flown(name="world"), "cur_", "surface_") if real else calibration(WORLD)
-    return create(request.param.split()[0], **METHODS[request.param]), recording
+    """A method that is not fitted, and what it is fitted to."""
+    return create(request.param.split()[0], **METHODS[request.param]), recording_for(request.param)
 
 
 @pytest.fixture(scope="module")

@@ -20,9 +20,11 @@ from magsim.compensation.exact_norm.estimation import (
     shares_of,
 )
 from magsim.compensation.exact_norm.sources import Sources
+from magsim.compensation.exact_norm.streaming import ExactNormStreamer
 from magsim.compensation.reduction import Reduction
 from magsim.compensation.saving import State
-from magsim.compensation.targets import TargetName, rows_to_fit, target_of
+from magsim.compensation.streaming import Feed, Streamer
+from magsim.compensation.targets import Target, TargetName, rows_to_fit, target_of
 from magsim.compensation.terms import Term
 from magsim.dataset import Training
 from magsim.recording import Recording
@@ -48,12 +50,13 @@ class ExactNorm(Compensator):
     ----------
     target : {"interference", "measured", "model", "map", "crossings", "reference"}
         The label, or what a survey has: see ``docs/targets.md``.
-    direction : {"calibrated", "ins", "fluxgate"}
-        Where the background comes from.
+    direction : {"calibrated", "ins", "fluxgate", "best"}
+        Where the background comes from. ``best`` takes that of the first two which leaves less of the training rows: a
+        fluxgate that is late is no good without look-ahead, and an INS is.
     fluxgate : str, optional
         The first one of the first recording if not given.
     lookahead : int
-        Rows after its own that an estimate may use, 0 to 20; more than 8 bring nothing.
+        Rows after its own that an estimate may use, 0 to 20; more than 5 bring nothing.
     channels : list of {"currents", "voltages", "surfaces"}
         Which channels are sources. Those that do not vary are left out.
     memory : bool
@@ -73,7 +76,7 @@ class ExactNorm(Compensator):
         self,
         *,
         target: TargetName = "interference",
-        direction: backgrounds.Direction = "calibrated",
+        direction: Literal["calibrated", "ins", "fluxgate", "best"] = "calibrated",
         fluxgate: str | None = None,
         lookahead: Annotated[int, Field(ge=0, le=20)] = backgrounds.LOOKAHEAD_ROWS,
         channels: list[Literal["currents", "voltages", "surfaces"]] | None = None,
@@ -107,7 +110,8 @@ class ExactNorm(Compensator):
         """What the background reads, and the channels that were found to vary."""
         if hasattr(self, "_sources"):
             return self._sources.reads
-        return backgrounds.MODEL_READS if self.direction == "ins" else (columns.FLUX.pattern,)
+        reads = {"ins": backgrounds.MODEL_READS, "best": (columns.FLUX.pattern, *backgrounds.MODEL_READS)}
+        return reads.get(self.direction, (columns.FLUX.pattern,))
 
     @property
     def lookahead_rows(self) -> int | None:  # type: ignore[override]
@@ -116,34 +120,48 @@ class ExactNorm(Compensator):
 
     def learn(self, training: Training, context: FitContext) -> None:
         """Calibrate the background, then find the sources; see ``Compensator.learn``."""
+        self.__dict__.pop("_sources", None)
         target = target_of(self)
         recordings = rows_to_fit(target, training, self.name)
-        sensor = training.sensor
-        self._sources = self._sources_of(recordings, sensor)
+        directions: tuple[backgrounds.Direction, ...] = ("calibrated", "ins")
+        if self.direction != "best":
+            directions = (self.direction,)
+        found = [self._fit(direction, target, recordings, training.sensor) for direction in directions]
+        self._sources, self._found = min(found, key=lambda pair: pair[1].noise_nt)
+        self._offset_nt = self._offset(recordings, training.sensor)
+
+    def _fit(
+        self, direction: backgrounds.Direction, target: Target, recordings: Sequence[Recording], sensor: str
+    ) -> tuple[Sources, Estimated]:
+        """Return the sources on one background, and what they do."""
+        sources = self._sources_of(direction, recordings, sensor)
         times, rate_hz = [recording.time_s for recording in recordings], recordings[0].rate_hz
         reduction = Reduction(times, [target.known(r, sensor) for r in recordings], rate_hz)
-        estimation = Estimation(self._sources.table, reduction, target.pairs(recordings, sensor))
+        estimation = Estimation(sources.table, reduction, target.pairs(recordings, sensor))
         values = [target.values(recording, sensor) for recording in recordings]
         height = position_columns(recordings, 0, vertical=self.vertical and target.measured).designs
         beside = [design.matrix for design in height]
-        at, later_s = np.zeros((len(self._sources.table), 3)), 0.0
+        at, later_s = np.zeros((len(sources.table), 3)), 0.0
         for number in range(_STEPS):
-            driven = [self._sources(recording) for recording in recordings]
+            driven = [sources(recording) for recording in recordings]
             flights = [FlightRows(*row) for row in zip(driven, values, beside, strict=True)]
             rates = [_rate(exact_interference(one, at), r) for one, r in zip(driven, recordings, strict=True)]
             found = estimation.step(flights, rates, at, later_s, size_groups=number > 0)
             at, later_s = found.coefficients, found.later_s
-            self._sources = replace(self._sources, later_s=later_s)
-        self._found = found
-        self._offset_nt = self._offset(recordings, sensor)
+            sources = replace(sources, later_s=later_s)
+        return sources, found
 
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return the length of background and sources minus that of the background, (n,) [nT]; no warm-up."""
         return exact_interference(self._sources(recording), self._found.coefficients) + self._offset_nt
 
-    def _sources_of(self, recordings: Sequence[Recording], sensor: str) -> Sources:
+    def _streamer(self, feed: Feed) -> Streamer:
+        """Return the method row by row; see ``Compensator``."""
+        return ExactNormStreamer(self._sources, self._found.coefficients, self._offset_nt, feed)
+
+    def _sources_of(self, direction: backgrounds.Direction, recordings: Sequence[Recording], sensor: str) -> Sources:
         field = backgrounds.fit_background(
-            self.direction,
+            direction,
             recordings,
             sensor,
             fluxgate=self.fluxgate,
