@@ -84,7 +84,7 @@ def _all_channels(sources: Sources) -> tuple[Channel, ...]:
 
 
 def _vectors(sources: Sources, feed: Feed) -> VectorRows:
-    """Return what makes the vector of each row: the fluxgate's reading, or a background that is no more than its row."""
+    """Return what makes the vector of each row: the reading of the fluxgate, or a background of that row alone."""
     background = sources.background
     return (
         FluxgateRows(background.regressors.fluxgate)
