@@ -22,6 +22,7 @@ COMMANDS = {
     "benchmark": ("magsim.cli.benchmark:benchmark", "Compare compensators on recordings."),
     "check": ("magsim.cli.check:check", "Check a compensator of your own."),
     "observe": ("magsim.cli.observe:observe", "Tell what a calibration flight can know of an aircraft."),
+    "explain": ("magsim.cli.explain:explain", "Explain what a trained compensator does to a flight."),
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
     "info": ("magsim.cli.info:info", "Show the contents of a recording."),
     "export": ("magsim.cli.export:export", "Write a recording for other programs."),

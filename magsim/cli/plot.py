@@ -8,7 +8,7 @@ import click
 @click.command(name="plot", short_help="Draw a figure of a recording.")
 @click.argument("kind", type=click.Choice(["flight", "field", "interference", "spectrum", "electronics", "tow"]))
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="PNG or SVG; default ./<recording>_<kind>.png")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="PNG, SVG or PDF; default ./<flight>_<kind>.png")
 @click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
 @click.option("--force", is_flag=True, help="Replace an existing figure.")
 def plot(kind: str, file: Path, output: Path | None, sensor: str | None, force: bool) -> None:

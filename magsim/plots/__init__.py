@@ -21,10 +21,13 @@ from magsim.storage import atomic_write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from magsim.diagnosis.explain import Explanation
+
 __all__ = [
     "KINDS",
     "Slice",
     "plot_electronics",
+    "plot_explanation",
     "plot_field",
     "plot_flight",
     "plot_interference",
@@ -112,6 +115,12 @@ def plot_residuals(recording: Recording, sensor: str, estimates: Mapping[str, np
     return _figures().residuals(recording, sensor, estimates)
 
 
+def plot_explanation(found: "Explanation", *, tables: bool = True) -> "Figure":
+    """Plot a compensation report on one page; without tables its spectra, shares and coherences alone."""
+    drawing = _figures("report")
+    return drawing.page(found) if tables else drawing.picture(found)
+
+
 def plot_mounts(
     title: str,
     slices: Sequence[Slice],
@@ -192,7 +201,7 @@ def _need_truth(recording: Recording, sensor: str) -> None:
 
 
 def save(figure: "Figure", path: Path, *, force: bool = False) -> None:
-    """Write a figure as PNG or SVG, according to the ending of the path, atomically.
+    """Write a figure as PNG, SVG or PDF, according to the ending of the path, atomically.
 
     Raises
     ------
@@ -200,12 +209,12 @@ def save(figure: "Figure", path: Path, *, force: bool = False) -> None:
         If the ending is another, or the file exists and ``force`` is not set.
     """
     kind = path.suffix.lower().lstrip(".")
-    if kind not in {"png", "svg"}:
-        msg = f"{path}: a picture ends in .png or .svg, not {path.suffix!r}"
+    if kind not in {"png", "svg", "pdf"}:
+        msg = f"{path}: a picture ends in .png, .svg or .pdf, not {path.suffix!r}"
         raise RequestError(msg)
     from matplotlib import rc_context
 
-    metadata = {"png": {"Software": None}, "svg": {"Date": None}}[kind]
-    # Names inside an SVG are hashed with a salt that is random by default.
-    with rc_context({"svg.hashsalt": "magsim"}):
+    metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
+    # Names inside an SVG are hashed with a salt that is random by default; fonts of a PDF are outlines, not Type 3.
+    with rc_context({"svg.hashsalt": "magsim", "pdf.fonttype": 42}):
         atomic_write(path, lambda part: figure.savefig(part, format=kind, metadata=metadata), force=force)

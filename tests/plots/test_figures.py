@@ -124,8 +124,8 @@ def test_a_tow_needs_a_rope(calibration):
         plots.plot_tow(calibration)
 
 
-def test_only_png_and_svg_are_written(calibration, tmp_path):
-    with pytest.raises(RequestError, match=r"\.png or \.svg"):
+def test_only_png_svg_and_pdf_are_written(calibration, tmp_path):
+    with pytest.raises(RequestError, match=r"\.png, \.svg or \.pdf"):
         plots.save(plots.plot_field(calibration), tmp_path / "field.bmp")
 
 
