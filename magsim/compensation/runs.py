@@ -1,7 +1,8 @@
 """A run: the folder in which a method is trained and kept, what it is made of, and how it is resumed.
 
-``run.json`` holds the fingerprint of the run (method, parameters, seed, sensor, the exact rows), without paths, so that
-two machines agree. Beside it lie the states of the training, until it is through, and then the fitted method.
+``run.json`` holds the fingerprint of the run (method, parameters, seed, sensor, the exact rows, the files that
+parameters name), so that two machines agree. Beside it lie the states of the training, until it is through, and then
+the fitted method.
 """
 
 import hashlib
@@ -19,6 +20,9 @@ from magsim.recording import Recording
 from magsim.storage import atomic_text
 
 RUN, CHECKPOINT = "run.json", "checkpoint"
+
+READ_BY_LEARN = ("map", "reference_model")
+"""Parameters that name files."""
 
 Fingerprint = dict[str, Any]
 
@@ -48,6 +52,7 @@ def fingerprint(compensator: Compensator, training: Training, *, preset: str | N
                 "sha256": digest.hexdigest(),
             }
         )
+    files = _files(compensator)
     return {
         "magsim": __version__,
         "method": compensator.name,
@@ -56,7 +61,21 @@ def fingerprint(compensator: Compensator, training: Training, *, preset: str | N
         "seed": seed,
         "sensor": training.sensor,
         "rows": rows,
+        **({"files": files} if files else {}),
     }
+
+
+def _files(compensator: Compensator) -> dict[str, str]:
+    """Return digests of the files that parameters name and ``learn`` reads; a missing one is refused there."""
+    params = compensator.get_params()
+    out = {}
+    for key in READ_BY_LEARN:
+        path = Path(params.get(key) or "")
+        files = [path / name for name in saving.FILES] if path.is_dir() else [path]
+        digest = hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file()))
+        if params.get(key) is not None:
+            out[key] = digest.hexdigest()
+    return out
 
 
 def _extent(piece: Recording) -> list[float]:

@@ -183,3 +183,20 @@ def test_nothing_is_left_of_a_run_that_failed_before_its_first_state(training, m
     with pytest.raises(DataError):
         run.train(create("bp", **QUICK), short, FitContext(3))
     assert {path.name for path in (tmp_path / "own").iterdir()} == {"notes.txt"}
+
+
+def test_the_files_that_parameters_name_are_in_the_fingerprint(training, tmp_path):
+    """A map that was changed under its name is another run."""
+    grid = tmp_path / "map.asc"
+    method = create("tl16", target="map", map=str(grid))
+    found = []
+    for text in ("a", "b", "a"):
+        grid.write_text(text)
+        found.append(fingerprint(method, training, preset=None, seed=0))
+    assert found[0] == found[2] != found[1]
+    assert "files" not in fingerprint(create("tl16"), training, preset=None, seed=0)
+    create("none").fit_rows(training).save(tmp_path / "model")
+    method = create("tl16", target="reference", reference="wing", reference_model=str(tmp_path / "model"))
+    before = fingerprint(method, training, preset=None, seed=0)
+    (tmp_path / "model" / "compensator.json").write_text("{}")
+    assert fingerprint(method, training, preset=None, seed=0) != before

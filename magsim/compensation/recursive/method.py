@@ -14,8 +14,8 @@ from magsim.compensation.recursive.adaptation import Adaptation, CausalBand, Kno
 from magsim.compensation.recursive.streamer import RecursiveStreamer
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Streamer, rows_of
-from magsim.compensation.targets import reading_rows
-from magsim.compensation.tolles_lawson import TollesLawson
+from magsim.compensation.targets import TargetName, reading_rows
+from magsim.compensation.tolles_lawson import Positive, TollesLawson
 from magsim.dataset import Training
 from magsim.errors import DataError
 from magsim.recording import Recording
@@ -40,10 +40,10 @@ class RecursiveTollesLawson(TollesLawson):
         Time in which what was learned in flight loses its weight by e.
     anchor_s : float [s]
         Seconds of flight that the training counts as, for ever: less follows faster, and takes more of an anomaly.
-    target : {"interference", "measured", "model"}
-        What the fit is made to.
-    solver, fluxgate, scale, order, vertical
+    target, solver, fluxgate, scale, order, vertical
         See ``TollesLawson``.
+    map, map_height_m, crossing_m, crossing_height_m, reference, reference_model
+        Of the targets of these names; see ``targets.choice.Targeted``.
     """
 
     name = "tl16_recursive"
@@ -54,14 +54,33 @@ class RecursiveTollesLawson(TollesLawson):
         adapt: bool = True,
         forgetting_s: Seconds = 600.0,
         anchor_s: Seconds = 60.0,
-        target: Literal["interference", "measured", "model"] = "interference",
+        target: TargetName = "interference",
         solver: Literal["ridge", "least_squares", "truncated_svd"] = "ridge",
         fluxgate: str | None = None,
         scale: Literal["constant", "sample"] = "constant",
         order: Annotated[int, Field(ge=0, le=4)] = 0,
         vertical: bool = False,
+        map: str | None = None,
+        map_height_m: float | None = None,
+        crossing_m: Positive = None,
+        crossing_height_m: Positive = None,
+        reference: str | None = None,
+        reference_model: str | None = None,
     ) -> None:
-        super().__init__(target=target, solver=solver, fluxgate=fluxgate, scale=scale, order=order, vertical=vertical)
+        super().__init__(
+            target=target,
+            solver=solver,
+            fluxgate=fluxgate,
+            scale=scale,
+            order=order,
+            vertical=vertical,
+            map=map,
+            map_height_m=map_height_m,
+            crossing_m=crossing_m,
+            crossing_height_m=crossing_height_m,
+            reference=reference,
+            reference_model=reference_model,
+        )
         self.adapt = adapt
         self.forgetting_s = forgetting_s
         self.anchor_s = anchor_s

@@ -78,6 +78,6 @@ def test_calls_do_not_know_of_each_other(method, other):
 
 
 def test_settings_are_checked():
-    for wrong in ({"forgetting_s": 0.0}, {"anchor_s": -1.0}, {"target": "map"}, {"terms": 16}):
+    for wrong in ({"forgetting_s": 0.0}, {"anchor_s": -1.0}, {"target": "maps"}, {"terms": 16}):
         with pytest.raises(RequestError, match=next(iter(wrong))):
             create("tl16_recursive", **wrong)

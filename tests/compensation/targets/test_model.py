@@ -130,3 +130,9 @@ def test_an_estimate_reads_no_position_and_no_map(path):
     assert method.requires == ("flux_{sensor}_{axis}_nt",)
     bare = replace(r, data={n: v for n, v in r.data.items() if n.startswith("flux")})
     np.testing.assert_array_equal(method.interference(bare), method.interference(r))
+
+
+def test_the_recursive_fit_takes_the_same_targets(path):
+    settings = {"target": "map", "map": str(path), "map_height_m": MAP_HEIGHT_M}
+    one, other = (create(name, **settings).fit(survey()) for name in ("tl16", "tl16_recursive"))
+    np.testing.assert_array_equal(one.coefficients_, other.coefficients_)
