@@ -18,7 +18,8 @@ from magsim.signals import high_pass
 
 FLUX, MAG = "flux_{sensor}_{axis}_nt", "mag_{sensor}_nt"
 QUICK = {"steps": 4, "every": 2, "batch": 2, "hold_out": "legs"}
-SETTINGS = {"magtcn": {**QUICK, "width": 2, "kernel": 11}, "bp": QUICK}
+SHORT = {**QUICK, "window": 128, "stride": 128}
+SETTINGS = {"magtcn": {**SHORT, "width": 2, "kernel": 11}, "bp": SHORT}
 """Cheap settings of methods that train."""
 
 KNOWN = {"tl16_recursive": {"anomalies"}}
