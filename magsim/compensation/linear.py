@@ -47,6 +47,8 @@ class LinearModel:
         Order of the Earth's field as a polynomial of the position, fitted beside the columns; 0 for none.
     vertical : bool
         Fit the height beside the columns.
+    bias : bool
+        Whether there is a constant.
     """
 
     columns: ColumnSet
@@ -55,6 +57,7 @@ class LinearModel:
     band: Band = "in"
     order: int = 0
     vertical: bool = False
+    bias: bool = True
 
     def check(self) -> None:
         """Refuse settings that contradict each other.
@@ -246,6 +249,8 @@ def _equations(model: LinearModel, rows: _Rows) -> Equations:
         target = np.concatenate([values[read] for values, read in zip(rows.targets, rows.read, strict=True)])
         _check_length(model, matrix, rows.recordings)
         runs = runs_of([recording.time_s[read] for recording, read in pairs])
+        if not model.bias:
+            return Equations(matrix, target, runs)
         return Equations(matrix - matrix.mean(axis=0), target - target.mean(), runs)
     tables = [
         np.column_stack([d.matrix, beside.matrix, target])
@@ -282,8 +287,10 @@ def _check_length(model: LinearModel, matrix: np.ndarray, recordings: Sequence[R
 def _offset(model: LinearModel, rows: _Rows, coefficients: np.ndarray, sensor: str) -> float:
     """Return the mean that the coefficients leave, over the rows with a reading.
 
-    Of the labels where there are any, else of the target where its mean was fitted, else 0.
+    Of the labels where there are any, else of the target where its mean was fitted, else 0; 0 without a bias.
     """
+    if not model.bias:
+        return 0.0
     name = columns.INTERFERENCE.name(sensor=sensor)
     if all(name in recording for recording in rows.recordings):
         values: Sequence[np.ndarray] = [interference(recording, sensor) for recording in rows.recordings]

@@ -43,12 +43,25 @@ _TOLLES_LAWSON = "magsim.compensation.tolles_lawson:TollesLawson"
 _EXACT_NORM = "magsim.compensation.exact_norm:ExactNorm"
 _REGISTRY: dict[str, Entry] = {
     "none": Entry("magsim.compensation.tolles_lawson:Nothing"),
+    "tl3": Entry(_TOLLES_LAWSON, {"terms": 3}),
+    "tl8": Entry(_TOLLES_LAWSON, {"terms": 8}),
+    "tl9": Entry(_TOLLES_LAWSON, {"terms": 9}),
     "tl16": Entry(_TOLLES_LAWSON, {"terms": 16}),
     "tl18": Entry(_TOLLES_LAWSON, {"terms": 18}),
+    "tl3_measured": Entry(_TOLLES_LAWSON, {"terms": 3, "target": "measured"}),
+    "tl8_measured": Entry(_TOLLES_LAWSON, {"terms": 8, "target": "measured"}),
+    "tl9_measured": Entry(_TOLLES_LAWSON, {"terms": 9, "target": "measured"}),
     "tl16_measured": Entry(_TOLLES_LAWSON, {"terms": 16, "target": "measured"}),
     "tl18_measured": Entry(_TOLLES_LAWSON, {"terms": 18, "target": "measured"}),
     # the best of paper 002: order 3, with the height
     "tl16_gradient": Entry(_TOLLES_LAWSON, {"terms": 16, "target": "measured"}, {"order": 3, "vertical": True}),
+    "tl16_ins": Entry(_TOLLES_LAWSON, {"terms": 16, "direction": "ins"}),
+    "tl16_calibrated": Entry(_TOLLES_LAWSON, {"terms": 16, "direction": "calibrated"}),
+    "tl16_auxiliary": Entry(
+        _TOLLES_LAWSON,
+        {"terms": 16},
+        {"direction": "calibrated", "auxiliary": ("currents", "voltages", "surfaces")},
+    ),
     "tolles_lawson": Entry(_TOLLES_LAWSON),
     "tl16_recursive": Entry("magsim.compensation.recursive:RecursiveTollesLawson"),
     "vector_tl": Entry("magsim.compensation.vector_tl:VectorTollesLawson"),

@@ -1,4 +1,4 @@
-"""Solvers of linear fits: least squares, ridge regression and truncated singular values.
+"""Solvers of linear fits: least squares, ridge regression, truncated singular values and principal components.
 
 All scale the columns to unit deviation first (a weight on unscaled columns shrinks the answer to nothing) and work on
 one singular value decomposition, A = U S V^T of the scaled columns. They run on one BLAS thread, so that the bits do
@@ -14,6 +14,10 @@ from magsim.threads import one_blas_thread
 
 LAMBDAS = 10.0 ** (0.5 * np.arange(-28, 5))
 """Ridge weights that are tried, relative to the largest squared singular value: 1e-14 to 1e2 in half decades."""
+
+
+SHARE = 0.9999
+"""Share of the variance of the columns that principal components keep by default (an estimate)."""
 
 
 @dataclass(frozen=True)
@@ -163,5 +167,31 @@ def truncated_svd(matrix: np.ndarray, target: np.ndarray) -> Solution:
     return found.solution(factors[int(np.argmin(found.gcv(factors)))])
 
 
-SOLVERS: dict[str, Solver] = {"ridge": ridge, "least_squares": least_squares, "truncated_svd": truncated_svd}
+def principal_components(matrix: np.ndarray, target: np.ndarray, share: float = SHARE) -> Solution:
+    """Solve with the principal components of the scaled columns that hold a share of their variance.
+
+    Parameters
+    ----------
+    matrix : (n, c)
+    target : (n,)
+    share : float
+        Of the sum of the squared singular values, from 0 to 1; the fewest components that reach it are kept.
+
+    Notes
+    -----
+    Regression on components is truncation of singular values (Jolliffe, Principal Component Analysis, 2002, section
+    8.1); ``truncated_svd`` chooses their number by what they explain of the target.
+    """
+    found = _Decomposition.of(matrix, target)
+    held = np.cumsum(found.singular**2)
+    count = int(np.searchsorted(held, share * held[-1] * (1.0 - 1e-12))) + 1
+    return found.solution((np.arange(len(held)) < count) * found.kept.astype(float))
+
+
+SOLVERS: dict[str, Solver] = {
+    "ridge": ridge,
+    "least_squares": least_squares,
+    "truncated_svd": truncated_svd,
+    "principal_components": principal_components,
+}
 """Solvers by name."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magsim.compensation.columns import TollesLawsonColumns
-from magsim.compensation.solvers import LAMBDAS, SOLVERS, least_squares, ridge, truncated_svd
+from magsim.compensation.solvers import LAMBDAS, SOLVERS, least_squares, principal_components, ridge, truncated_svd
 from magsim.signals import in_band
 from magsim.threads import one_blas_thread
 from tests.support.worlds import VECTOR, calibration, parts
@@ -116,7 +116,24 @@ def test_truncation_keeps_as_many_singular_values_as_cross_validation_finds_best
     np.testing.assert_allclose(truncated_svd(matrix, target).coefficients, answers[best], rtol=1e-7)
 
 
-@pytest.mark.parametrize("solve", [ridge, truncated_svd, least_squares])
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.99999, 1.0])
+def test_principal_components_are_a_regression_on_the_scores_that_hold_a_share_of_the_variance(share):
+    """By hand: eigenvectors of the covariance of the scaled columns, regression on the scores, mapped back."""
+    matrix, target = noisy(6)
+    a, scale = scaled(matrix)
+    values, vectors = np.linalg.eigh(a.T @ a / len(a))
+    values, vectors = values[::-1], vectors[:, ::-1]
+    count = next(k for k in range(1, 7) if values[:k].sum() >= share * values.sum() * (1.0 - 1e-12))
+    scores = a @ vectors[:, :count]
+    expected = vectors[:, :count] @ np.linalg.lstsq(scores, target)[0] / scale
+    np.testing.assert_allclose(principal_components(matrix, target, share).coefficients, expected, rtol=1e-7)
+    if share == 1.0:
+        np.testing.assert_allclose(expected, least_squares(matrix, target).coefficients, rtol=1e-7)
+    if share == 0.3:
+        assert count < 3
+
+
+@pytest.mark.parametrize("solve", [ridge, truncated_svd, least_squares, principal_components])
 def test_an_exact_dependency_is_survived(solve):
     rng = np.random.default_rng(4)
     base = rng.normal(size=(200, 3))

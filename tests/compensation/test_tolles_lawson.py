@@ -148,6 +148,25 @@ def test_broadband_fit_trades_the_band_for_the_slow_error():
     assert scores.rmse(broad) < 0.3 * scores.rmse(inside)
 
 
+def test_without_a_bias_the_broadband_fit_goes_through_the_origin():
+    recording = calibration(VECTOR)
+    method = TollesLawson(band="broad", bias=False, solver="least_squares", terms=3).fit(recording)
+    assert method.offset_nt_ == 0.0
+    learned = recording.take(slice(0, 6400))
+    flux = np.column_stack([learned[f"flux_cabin_{axis}_nt"] for axis in "xyz"])
+    cosines = flux / np.linalg.norm(flux, axis=1)[:, None]
+    expected = np.linalg.lstsq(cosines, learned["interference_cabin_nt"])[0]
+    np.testing.assert_allclose(method.coefficients_, expected, rtol=1e-9)
+    assert TollesLawson(bias=False).fit(recording).offset_nt_ == 0.0
+    assert TollesLawson().fit(recording).offset_nt_ != 0.0
+
+
+def test_eddy_columns_of_the_field_are_as_good():
+    _, test, direction = fitted(VECTOR, derivative="spline")
+    _, _, field = fitted(VECTOR, derivative="spline", eddy="field")
+    assert ratio(test, field) == pytest.approx(ratio(test, direction), rel=0.02)
+
+
 def test_the_length_of_a_perfect_fluxgate_beside_the_sensor_flatters():
     _, test, constant = fitted(VECTOR)
     _, _, sample = fitted(VECTOR, scale="sample")

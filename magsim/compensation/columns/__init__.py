@@ -1,21 +1,28 @@
 """Column sets: what a method reads of a recording, as columns side by side."""
 
 from magsim.compensation.columns.attitude import AttitudeColumns
+from magsim.compensation.columns.auxiliary import AuxiliaryColumns, ChannelValues, means_of
 from magsim.compensation.columns.base import ColumnSet, Design, Joined, require
-from magsim.compensation.columns.direction import Derivative, mean_strength, pick_fluxgate
+from magsim.compensation.columns.direction import Derivative, VectorField, mean_length, mean_strength, pick_fluxgate
 from magsim.compensation.columns.position import PositionColumns, position_columns
-from magsim.compensation.columns.tolles_lawson import Terms, TollesLawsonColumns, tolles_lawson_columns
+from magsim.compensation.columns.tolles_lawson import Eddy, Terms, TollesLawsonColumns, tolles_lawson_columns
 
 __all__ = [
     "AttitudeColumns",
+    "AuxiliaryColumns",
+    "ChannelValues",
     "ColumnSet",
     "Derivative",
     "Design",
+    "Eddy",
     "Joined",
     "PositionColumns",
     "Terms",
     "TollesLawsonColumns",
+    "VectorField",
+    "mean_length",
     "mean_strength",
+    "means_of",
     "pick_fluxgate",
     "position_columns",
     "require",

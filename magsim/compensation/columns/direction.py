@@ -1,7 +1,7 @@
 """The direction of the field in the axes of a fluxgate, and its derivative by time."""
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -29,10 +29,29 @@ def pick_fluxgate(recordings: Sequence[Recording], wanted: str | None = None) ->
     return str(found)
 
 
+class VectorField(Protocol):
+    """Makes vectors of a recording whose direction and length columns are made of: a background."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Patterns of the column families that are read."""
+
+    @property
+    def lookahead_rows(self) -> int:
+        """Rows after its own that a row needs."""
+
+    def __call__(self, recording: Recording) -> np.ndarray:
+        """Return vectors, (n, 3) [nT]."""
+
+
 def mean_strength(recordings: Sequence[Recording], fluxgate: str) -> float:
     """Return the mean length of a fluxgate's reading over recordings [nT]."""
-    lengths = [np.linalg.norm(r.vector(columns.FLUX, sensor=fluxgate), axis=1) for r in recordings]
-    return float(np.concatenate(lengths).mean())
+    return mean_length([r.vector(columns.FLUX, sensor=fluxgate) for r in recordings])
+
+
+def mean_length(vectors: Sequence[np.ndarray]) -> float:
+    """Return the mean length of vectors, (n, 3) each."""
+    return float(np.concatenate([np.linalg.norm(each, axis=1) for each in vectors]).mean())
 
 
 def direction_cosines(recording: Recording, fluxgate: str) -> tuple[np.ndarray, np.ndarray]:
@@ -46,14 +65,24 @@ def direction_cosines(recording: Recording, fluxgate: str) -> tuple[np.ndarray, 
         If a reading is not finite or zero.
     """
     pick_fluxgate([recording], fluxgate)
-    reading = recording.vector(columns.FLUX, sensor=fluxgate)
-    length = np.sqrt(np.einsum("ni,ni->n", reading, reading))
+    return unit_vectors(recording.vector(columns.FLUX, sensor=fluxgate), recording, f"fluxgate {fluxgate!r}")
+
+
+def unit_vectors(vectors: np.ndarray, recording: Recording, words: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the direction of vectors, (n, 3), and their length, (n,).
+
+    Raises
+    ------
+    DataError
+        If one is not finite or zero; ``words`` say of what.
+    """
+    length = np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
     bad = ~(np.isfinite(length) & (length > 0.0))
     if bad.any():
         when = recording.time_s[np.argmax(bad)]
-        msg = f"recording {recording.name!r}: fluxgate {fluxgate!r} has no direction at {when:g} s"
+        msg = f"recording {recording.name!r}: {words} has no direction at {when:g} s"
         raise DataError(msg)
-    return reading / length[:, None], length
+    return vectors / length[:, None], length
 
 
 def time_derivative(values: np.ndarray, time_s: np.ndarray, method: Derivative = "central") -> np.ndarray:

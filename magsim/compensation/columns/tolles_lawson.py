@@ -7,10 +7,17 @@ import numpy as np
 
 from magsim import columns
 from magsim.compensation.columns.base import Design
-from magsim.compensation.columns.direction import Derivative, direction_cosines, time_derivative
+from magsim.compensation.columns.direction import (
+    Derivative,
+    VectorField,
+    direction_cosines,
+    time_derivative,
+    unit_vectors,
+)
 from magsim.recording import Recording
 
 Terms = Literal[3, 8, 9, 16, 18]
+Eddy = Literal["direction", "field"]
 
 INDUCED_18 = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 EDDY_18 = ((0, 0), (1, 0), (2, 0), (0, 2), (1, 2), (2, 2), (0, 1), (1, 1), (2, 1))
@@ -67,11 +74,11 @@ def tolles_lawson_columns(cosines: np.ndarray, rates: np.ndarray, strength: np.n
     return out
 
 
-def term_names(terms: int) -> tuple[str, ...]:
+def term_names(terms: int, eddy: Eddy = "direction") -> tuple[str, ...]:
     """Return the names of the columns, (terms,)."""
     pairs = TERMS[terms]
-    names = [f"u{i + 1}" for i in range(3)]
-    names += [f"B u{i + 1} u{j + 1}" for i, j in pairs.induced] + [f"B u{i + 1} u{j + 1}'" for i, j in pairs.eddy]
+    names = [f"u{i + 1}" for i in range(3)] + [f"B u{i + 1} u{j + 1}" for i, j in pairs.induced]
+    names += [f"B u{i + 1} u{j + 1}'" if eddy == "direction" else f"u{i + 1} B{j + 1}'" for i, j in pairs.eddy]
     return tuple(names)
 
 
@@ -89,17 +96,21 @@ def term_groups(terms: int) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class TollesLawsonColumns:
-    """Tolles-Lawson columns from a fluxgate.
+    """Tolles-Lawson columns from a fluxgate, or from another knowledge of the background.
 
     Attributes
     ----------
     terms : {3, 8, 9, 16, 18}
     fluxgate : str
-        Name of the fluxgate that gives the direction cosines.
+        Name of the fluxgate that gives the direction cosines; not read if there is a ``field``.
     derivative : {"central", "spline"}
-        How the direction cosines are differentiated by time.
+        How is differentiated by time.
     strength_nt : float [nT], optional
-        Field strength in the induced and eddy columns; by default the length B of the fluxgate reading, row by row.
+        Field strength in the induced and eddy columns; by default the length B of the vectors, row by row.
+    eddy : {"direction", "field"}
+        B u_i u_j' as paper 000 has them in eq. 23, or u_i B_j' as in its eq. 19.
+    field : VectorField, optional
+        Gives the vectors in place of the fluxgate.
 
     Notes
     -----
@@ -113,26 +124,38 @@ class TollesLawsonColumns:
     fluxgate: str
     derivative: Derivative = "central"
     strength_nt: float | None = None
+    eddy: Eddy = "direction"
+    field: VectorField | None = None
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """The fluxgate."""
-        return (columns.FLUX.pattern,)
+        """What the vectors are made of."""
+        return (columns.FLUX.pattern,) if self.field is None else self.field.reads
 
     @property
     def lookahead_rows(self) -> int | None:
         """One row for a central difference, none without eddy columns; a spline looks ahead without limit."""
+        ahead = 0 if self.field is None else self.field.lookahead_rows
         if not TERMS[self.terms].eddy:
-            return 0
-        return 1 if self.derivative == "central" else None
+            return ahead
+        return ahead + 1 if self.derivative == "central" else None
+
+    def vectors(self, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+        """Return direction cosines, (n, 3), and length, (n,) [nT], of the field; see ``direction_cosines``."""
+        if self.field is None:
+            return direction_cosines(recording, self.fluxgate)
+        return unit_vectors(self.field(recording), recording, "the background")
 
     def __call__(self, recording: Recording) -> Design:
         """Return the columns of a recording; see ``ColumnSet``."""
-        cosines, length = direction_cosines(recording, self.fluxgate)
-        rates = time_derivative(cosines, recording.time_s, self.derivative)
+        cosines, length = self.vectors(recording)
         strength = length if self.strength_nt is None else np.full(len(length), self.strength_nt)
+        if self.eddy == "direction":
+            rates = time_derivative(cosines, recording.time_s, self.derivative)
+        else:
+            rates = time_derivative(cosines * length[:, None], recording.time_s, self.derivative) / strength[:, None]
         matrix = tolles_lawson_columns(cosines, rates, strength, self.terms)
-        names = list(term_names(self.terms))
+        names = list(term_names(self.terms, self.eddy))
         if self.strength_nt is None and (1, 1) in TERMS[self.terms].induced:
             for i in range(3):
                 column = names.index(f"B u{i + 1} u{i + 1}")

@@ -35,8 +35,9 @@ def rows_of(made: ColumnSet, feed: Feed) -> ColumnRows | None:
         return known[0] if len(known) == 1 else JoinedRows(known)
     if isinstance(made, AttitudeColumns):
         return AttitudeRows()
-    if isinstance(made, TollesLawsonColumns) and made.lookahead_rows is not None:
-        return TollesLawsonRows(FluxgateRows(made.fluxgate), made.terms, made.strength_nt, feed.rate_hz)
+    if isinstance(made, TollesLawsonColumns) and made.lookahead_rows is not None and made.field is None:
+        by_field = made.eddy == "field"
+        return TollesLawsonRows(FluxgateRows(made.fluxgate), made.terms, made.strength_nt, feed.rate_hz, by_field)
     return None
 
 
@@ -78,19 +79,24 @@ class TollesLawsonRows:
     strength_nt : float [nT], optional
         Field strength in the columns; the length of the vector, row by row, if not given.
     rate_hz : float [Hz]
+    by_field : bool
+        Eddy columns of the derivative of the vector, not of its direction.
     """
 
-    def __init__(self, vectors: RowWise[Vector], terms: int, strength_nt: float | None, rate_hz: float) -> None:
+    def __init__(
+        self, vectors: RowWise[Vector], terms: int, strength_nt: float | None, rate_hz: float, by_field: bool = False
+    ) -> None:
         self._vectors = vectors
         self._induced, self._eddy = TERMS[terms]
         self._strength_nt = strength_nt
         traceless = strength_nt is None and (1, 1) in self._induced
         self._trace = [1.0 / 3.0 if traceless and i == j else 0.0 for i, j in self._induced]
         self._rate_hz = rate_hz
+        self._by_field = by_field
         self.columns = vectors.columns
         self.lookahead_rows = vectors.lookahead_rows + (1 if self._eddy else 0)
         self._before: Vector | None = None
-        self._here: tuple[Vector, float] | None = None
+        self._here: tuple[Vector, float, Vector] | None = None
 
     def push(self, values: np.ndarray) -> np.ndarray | None:
         """Return the columns of the row ``lookahead_rows`` before, (terms,); see ``RowWise``."""
@@ -111,20 +117,21 @@ class TollesLawsonRows:
         unit = (x / length, y / length, z / length)
         if not self._eddy:
             return self._row(unit, length, unit)
-        row = None if self._here is None else self._columns(unit)
-        self._before = None if self._here is None else self._here[0]
-        self._here = unit, length
+        moving = vector if self._by_field else unit
+        row = None if self._here is None else self._columns(moving)
+        self._before = None if self._here is None else self._here[2]
+        self._here = unit, length, moving
         return row
 
     def _columns(self, after: Vector | None) -> np.ndarray:
         """Return the columns of the row in the middle; one-sided differences at the ends of a piece, 0 for one row."""
         assert self._here is not None
-        here, length = self._here
+        unit, length, here = self._here
         low, high = self._before or here, after or here
         sides = (self._before is not None) + (after is not None)
         per_s = self._rate_hz / sides if sides else 0.0
         rate = ((high[0] - low[0]) * per_s, (high[1] - low[1]) * per_s, (high[2] - low[2]) * per_s)
-        return self._row(here, length, rate)
+        return self._row(unit, length, rate)
 
     def _row(self, unit: Vector, length: float, rate: Vector) -> np.ndarray:
         strength = length if self._strength_nt is None else self._strength_nt
@@ -132,7 +139,8 @@ class TollesLawsonRows:
         induced = [
             field[i] * unit[j] - third * length for (i, j), third in zip(self._induced, self._trace, strict=True)
         ]
-        return np.array([*unit, *induced, *(field[i] * rate[j] for i, j in self._eddy)])
+        along = unit if self._by_field else field
+        return np.array([*unit, *induced, *(along[i] * rate[j] for i, j in self._eddy)])
 
 
 class AttitudeRows:

@@ -98,6 +98,26 @@ def test_row_by_row_no_sum_of_columns_is_the_length_of_the_reading(terms):
     assert left.std() > 1e-3
 
 
+@pytest.mark.parametrize("strength_nt", [None, 45_000.0])
+def test_eddy_columns_of_the_field_are_products_of_the_direction_and_its_derivative(strength_nt):
+    """u_i dB_j/dt, whatever the field strength of the other columns; it differs from B u_i u_j' by u_i u_j dB/dt."""
+    r = calibration(VECTOR)
+    b = np.linalg.norm(flux(r), axis=1)
+    u, rate = flux(r) / b[:, None], np.gradient(flux(r), 0.1, axis=0)
+    made = TollesLawsonColumns(16, "cabin", strength_nt=strength_nt, eddy="field")(r)
+    pairs = [(0, 0), (1, 0), (2, 0), (0, 2), (1, 2), (2, 2), (0, 1), (2, 1)]
+    assert made.names[8:] == tuple(f"u{i + 1} B{j + 1}'" for i, j in pairs)
+    expected = np.column_stack([u[:, i] * rate[:, j] for i, j in pairs])
+    np.testing.assert_allclose(made.matrix[:, 8:], expected, rtol=1e-9, atol=1e-6)
+    plain = TollesLawsonColumns(16, "cabin", strength_nt=strength_nt)(r)
+    np.testing.assert_array_equal(made.matrix[:, :8], plain.matrix[:, :8])
+    if strength_nt is None:
+        slope = np.gradient(b, 0.1)
+        apart = np.column_stack([u[:, i] * u[:, j] * slope for i, j in pairs])
+        left = made.matrix[:, 8:] - plain.matrix[:, 8:] - apart
+        assert np.std(left) < 0.1 * np.std(apart)
+
+
 def test_constant_strength_replaces_the_length():
     r = calibration(VECTOR)
     sample, constant = (TollesLawsonColumns(16, "cabin", strength_nt=value)(r) for value in (None, 45000.0))
