@@ -10,7 +10,6 @@ from magsim.columns import FLUX
 from magsim.compensation.background import (
     LOOKAHEAD_ROWS,
     BackgroundField,
-    CalibratedField,
     Channel,
     Direction,
     background_from,
@@ -19,7 +18,6 @@ from magsim.compensation.background import (
 )
 from magsim.compensation.background.channels import KINDS
 from magsim.compensation.background.model import READS
-from magsim.compensation.background.taps import HISTORY_ROWS
 from magsim.compensation.columns import (
     AuxiliaryColumns,
     Derivative,
@@ -128,15 +126,6 @@ class PlatformColumns:
     def lookahead_rows(self) -> int | None:
         """Rows after its own that the columns of a row need."""
         return self.joined.lookahead_rows
-
-    @property
-    def memory_rows(self) -> int | None:
-        """Rows before its own that the columns of a row need; None where the zeros of currents are followed."""
-        own = self.auxiliary.channels if self.auxiliary is not None else ()
-        seen = self.background.regressors.channels if isinstance(self.background, CalibratedField) else ()
-        if any(isinstance(c, Channel) and c.rest is not None for c in (*own, *seen)):
-            return None
-        return 1 + (HISTORY_ROWS if isinstance(self.background, CalibratedField) else 0)
 
     @property
     def count(self) -> int:

@@ -16,9 +16,10 @@ from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.columns import Derivative, Eddy, Terms
 from magsim.compensation.linear import Band, LinearFit, LinearModel, fit_linear
 from magsim.compensation.platform_columns import ColumnSettings, columns_from, fit_columns
+from magsim.compensation.platform_rows import platform_rows
 from magsim.compensation.saving import State
 from magsim.compensation.solvers import SOLVERS, Solver, principal_components
-from magsim.compensation.streaming import ConstantStreamer, Feed, LinearStreamer, Streamer, rows_of
+from magsim.compensation.streaming import ConstantStreamer, Feed, LinearStreamer, Streamer
 from magsim.compensation.targets import TargetName, rows_to_fit, target_of
 from magsim.compensation.terms import Term
 from magsim.dataset import Training
@@ -215,11 +216,6 @@ class TollesLawson(Compensator):
         """What the background needs, and one row for central differences; without limit for a spline."""
         return self._columns.lookahead_rows if self.is_fitted else self._column_settings().lookahead_rows
 
-    @property
-    def memory_rows(self) -> int | None:  # type: ignore[override]
-        """Rows before its own that an estimate needs; None where the zeros of currents are followed."""
-        return self._columns.memory_rows if self.is_fitted else None
-
     def _column_settings(self) -> ColumnSettings:
         by_sample = self.scale == "sample"
         return ColumnSettings(
@@ -255,7 +251,7 @@ class TollesLawson(Compensator):
 
     def _streamer(self, feed: Feed) -> Streamer | None:
         """Return columns row by row, times coefficients; see ``Compensator``."""
-        rows = rows_of(self._columns.joined, feed)
+        rows = platform_rows(self._columns, feed)
         return None if rows is None else LinearStreamer(rows, self._fit.coefficients, self._fit.offset_nt)
 
     def _coefficients(self) -> tuple[Term, ...]:

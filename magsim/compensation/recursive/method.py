@@ -10,10 +10,11 @@ from magsim import signals
 from magsim.columns import FLUX, MAG
 from magsim.compensation.base import FitContext
 from magsim.compensation.linear import OFFSET
+from magsim.compensation.platform_rows import platform_rows
 from magsim.compensation.recursive.adaptation import Adaptation, CausalBand, Known
 from magsim.compensation.recursive.streamer import RecursiveStreamer
 from magsim.compensation.saving import State
-from magsim.compensation.streaming import Feed, Streamer, rows_of
+from magsim.compensation.streaming import Feed, Streamer
 from magsim.compensation.targets import TargetName, reading_rows
 from magsim.compensation.tolles_lawson import Positive, TollesLawson
 from magsim.dataset import Training
@@ -126,7 +127,7 @@ class RecursiveTollesLawson(TollesLawson):
 
     def _following(self, feed: Feed) -> RecursiveStreamer:
         feed = replace(feed, rate_hz=round(feed.rate_hz, _DIGITS))
-        rows = rows_of(self._columns, feed)
+        rows = platform_rows(self._columns, feed)
         assert rows is not None
         adaptation = Adaptation(self._known, feed.rate_hz, forgetting_s=self.forgetting_s, anchor_s=self.anchor_s)
         return RecursiveStreamer(rows, self._reading, adaptation, self._fit.offset_nt)
