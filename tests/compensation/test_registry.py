@@ -59,7 +59,7 @@ def runs(file):
 
 
 def test_names_and_parameters_are_checked():
-    with pytest.raises(RequestError, match=r"unknown method 'magtnc' \(did you mean 'magtcn'\?\); known: none, tl16"):
+    with pytest.raises(RequestError, match=r"unknown method 'magtnc' \(did you mean 'magtcn'\?\); known: none, tl3"):
         create("magtnc")
     with pytest.raises(RequestError, match=r"derivativ: unknown key \(did you mean 'derivative'\?\)"):
         create("tl16", derivativ="spline")
