@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magsim.compensation import create, load
-from magsim.compensation.background import ModelField
+from magsim.compensation.background import LOOKAHEAD_ROWS, ModelField
 from magsim.compensation.columns import TollesLawsonColumns, tolles_lawson_columns
 from magsim.errors import DataError, RequestError
 from tests.support import scores
@@ -133,7 +133,7 @@ def test_inputs_of_a_direction_are_required_by_name():
 
 def test_the_look_ahead_is_that_of_the_direction():
     ahead = {name: create(name).lookahead_rows for name in ("tl16", "tl16_ins", "tl16_calibrated")}
-    assert ahead == {"tl16": 1, "tl16_ins": 1, "tl16_calibrated": 9}
-    assert create("tl3", direction="calibrated").lookahead_rows == 8
+    assert ahead == {"tl16": 1, "tl16_ins": 1, "tl16_calibrated": LOOKAHEAD_ROWS + 1}
+    assert create("tl3", direction="calibrated").lookahead_rows == LOOKAHEAD_ROWS
     assert create("tl16_ins", derivative="spline").lookahead_rows is None
-    assert judged("tl16_calibrated")[0].lookahead_rows == 9
+    assert judged("tl16_calibrated")[0].lookahead_rows == LOOKAHEAD_ROWS + 1
