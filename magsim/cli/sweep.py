@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from magsim import forking
+
 if TYPE_CHECKING:
     from magsim.sweep import SweepPlan, SweepProgress
 
@@ -79,6 +81,8 @@ def sweep(  # noqa: PLR0917 - the options
     if scheduler is not None and engine != "dask":
         msg = f"--scheduler {scheduler}: has no effect with --engine {engine}; allowed: with --engine dask"
         raise click.UsageError(msg)
+    if engine == "local" and not dry_run:
+        forking.begin()  # it imports while this process does
     with delayed():
         from magsim import sweep as room
 

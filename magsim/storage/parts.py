@@ -50,7 +50,8 @@ def remove_leftovers(path: Path) -> None:
     """
     name = re.compile(re.escape(_prefix(path)) + r"[0-9a-f]{12}\.part")
     with contextlib.suppress(OSError):
-        for folder in [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]:
+        # names alone: the folder of a sweep holds a hundred thousand
+        for folder in [Path(entry) for entry in os.scandir(path.parent) if name.fullmatch(entry.name)]:
             with contextlib.suppress(BlockingIOError):
                 handle = _lock(folder)
                 if handle is not None:

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+from magsim import forking
 from magsim.sweep.finish import SweepOutcome, check_ready, finish
 from magsim.sweep.folder import open_folder
 from magsim.sweep.plan import SweepPlan, read_sweep
@@ -60,6 +61,8 @@ def fly(
     """
     given = workers if isinstance(workers, Workers) else None
     try:
+        if given is None:
+            forking.begin()  # it imports while the plan is read and checked
         check_ready()
         plan = sweep if isinstance(sweep, SweepPlan) else read_sweep(sweep)
         check(plan)

@@ -11,12 +11,15 @@ from tests.support.paths import ROOT
 SCRIPT = """
 import json, os, resource, sys, time
 from pathlib import Path
+began = time.perf_counter()
+path, folder, workers, engine = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
+from magsim import forking
+if engine == "local":
+    forking.begin()  # as magsim sweep does
 import psutil
 from magsim import sweep as room
-path, folder, workers, engine = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
 plan = room.read_sweep(path, sys.argv[5:])
 opened = room.open_folder(plan, folder, resume=True, shared=True)
-began = time.perf_counter()
 team = room.LocalWorkers(workers) if engine == "local" else room.cluster_workers(None, workers)
 peak, looked = 0, 0.0
 def look(_progress):
@@ -63,7 +66,7 @@ print(json.dumps({"wall_s": time.perf_counter() - began, "cpu_s": time.process_t
 class Run:
     """What a sweep cost: its digest, time, memory of driver and largest worker, bytes written, and flights.
 
-    ``cpu_s`` is that of the driver and of the workers on their files; not that of their imports.
+    ``wall_s`` is all time, from before the first import on. ``cpu_s`` is that of the driver and of the workers on their files; not that of their imports.
     """
 
     digest: str

@@ -1,30 +1,26 @@
 """Processes of this machine.
 
 Each has a pipe of its own, so that one that dies takes no other's work with it: a pool of the standard library breaks
-as a whole. They are forked from a server that has imported magsim once. A process whose driver is gone finishes its
-shard and ends.
+as a whole. They are forked from a server that has imported magsim once (``magsim.forking``). A process whose driver is
+gone finishes its shard and ends.
 """
 
 import contextlib
-import multiprocessing
-import os
 import signal
-from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
+from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 
+from magsim import forking
 from magsim.errors import DataError, MagsimError
 from magsim.sweep.shard import ShardResult, ShardTask, fly_shard
 from magsim.sweep.workers.protocol import Died, Finished
-
-BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Set to 1 for the processes: their threads would only wait for each other."""
 
 
 class _Worker:
     """A process and what it is doing."""
 
-    def __init__(self, context: multiprocessing.context.BaseContext) -> None:
+    def __init__(self, context: BaseContext) -> None:
         self.pipe, theirs = context.Pipe()
         self.process: BaseProcess = context.Process(target=_work, args=(theirs,), daemon=True)  # type: ignore[attr-defined]
         self.process.start()
@@ -47,11 +43,8 @@ class LocalWorkers:
     """
 
     def __init__(self, workers: int) -> None:
-        methods = multiprocessing.get_all_start_methods()
-        self._context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
-        if "forkserver" in methods:
-            self._context.set_forkserver_preload(["magsim.sweep.workers.local"])
-        with _one_thread():
+        self._context = forking.begin()
+        with forking.one_thread():
             self._workers = [_Worker(self._context) for _ in range(workers)]
 
     @property
@@ -109,20 +102,8 @@ class LocalWorkers:
         """Put a new process in the place of one that died."""
         worker.pipe.close()
         worker.process.join()
-        with _one_thread():
+        with forking.one_thread():
             self._workers[self._workers.index(worker)] = _Worker(self._context)
-
-
-@contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """Let processes that are started have one BLAS thread, where the user has not set a number."""
-    added = [name for name in BLAS_THREADS if name not in os.environ]
-    os.environ.update(dict.fromkeys(added, "1"))
-    try:
-        yield
-    finally:
-        for name in added:
-            del os.environ[name]
 
 
 def _work(pipe: Connection) -> None:

@@ -13,8 +13,9 @@ FLIGHTS = 200
 SHORT = 8
 """Flights of the runs whose cost is taken off: what starting up costs, however many flights follow."""
 
-LONG = ("pattern.leg_m=15000.0",)
-"""A survey line of 200 s; the bare loop is compared over lines of 7 s, where a sweep adds most."""
+LONG = ("pattern.leg_m=75000.0", "sweep.shard=2")
+"""A survey line of 1000 s, which takes some 1.5 s: as long as flights of real sweeps, two to a file as the last file of
+one worker is waited for. The bare loop is compared over lines of 7 s, where a sweep adds most."""
 
 TURNS = 3
 LOOP_FLIGHTS = 104
