@@ -1,8 +1,46 @@
 """Compiled loops along a trajectory."""
 
 import numpy as np
+from scipy.interpolate import PPoly
 
 from magsim.storage.compiled import compiled
+
+
+def values_on(curve: PPoly, time_s: np.ndarray, order: int = 0) -> np.ndarray:
+    """Return a curve of polynomials or a derivative of it, (n, m): to the last bit what scipy's own call returns.
+
+    Parameters
+    ----------
+    curve : PPoly
+        With values (m,).
+    time_s : (n,)
+        Fast where they are in order.
+    order : int
+        Of the derivative.
+    """
+    out = np.zeros((len(time_s), curve.c.shape[2]))
+    _values_on(curve.c, curve.x, time_s, order, out)
+    return out
+
+
+@compiled
+def _values_on(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray, order: int, out: np.ndarray) -> None:
+    degree, width = len(curve) - 1, curve.shape[2]
+    factors = np.ones(degree + 1)
+    for power in range(order, degree + 1):
+        for k in range(order):
+            factors[power] *= power - k
+    piece, last = 0, len(knots) - 2
+    for n in range(len(time_s)):
+        while piece < last and time_s[n] >= knots[piece + 1]:
+            piece += 1
+        while piece > 0 and time_s[n] < knots[piece]:
+            piece -= 1
+        s, z = time_s[n] - knots[piece], 1.0
+        for power in range(order, degree + 1):
+            for i in range(width):
+                out[n, i] += curve[degree - power, piece, i] * z * factors[power]
+            z *= s
 
 
 def rotations_on(curve: np.ndarray, knots: np.ndarray, time_s: np.ndarray) -> np.ndarray:

@@ -205,6 +205,11 @@ class Flight:
     def _control_spline(self) -> CubicSpline:
         return CubicSpline(self.carrier.time_s, np.column_stack(list(self.controls.values())))
 
+    @cached_property
+    def _controls_read(self) -> list[tuple[np.ndarray, dict[str, np.ndarray]]]:
+        """The last times, and the deflections at them: field and potentiometers ask for the same ones."""
+        return []
+
     def controls_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
         """Return deflections [rad] at other times inside the logged span, by cubic splines; (m,) for each surface.
 
@@ -215,8 +220,14 @@ class Flight:
         """
         if not self.controls:
             return {}
-        rows = self._control_spline(self.carrier.inside(time_s))
-        return {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)}
+        # numba takes half a second to import
+        from magsim.trajectory.curves import values_on
+
+        time_s, last = self.carrier.inside(time_s), self._controls_read
+        if not (last and np.array_equal(last[0][0], time_s)):
+            rows = values_on(self._control_spline, time_s)
+            last[:] = [(readonly(time_s), {name: readonly(rows[:, i]) for i, name in enumerate(self.controls)})]
+        return dict(last[0][1])
 
     def rope_at(self, time_s: np.ndarray) -> dict[str, np.ndarray]:
         """Return angles and tension of the rope at other times of the bird's logged span, by cubic splines; (m,) each.

@@ -74,6 +74,13 @@ def hermite_spline(time_s: np.ndarray, values: np.ndarray, slopes: np.ndarray) -
     return PPoly(np.stack([part / step**power for part, power in zip(parts, range(5, -1, -1), strict=True)]), time_s)
 
 
+def _on(curve: PPoly, time_s: np.ndarray, order: int = 0) -> np.ndarray:
+    # numba takes half a second to import
+    from magsim.trajectory.curves import values_on
+
+    return values_on(curve, np.asarray(time_s, dtype=float), order)
+
+
 class AttitudeCurve:
     """The rotation of a body from its own to Earth-fixed axes, as a smooth curve through rows of attitude.
 
@@ -127,7 +134,7 @@ class AttitudeCurve:
         rate_eb_b : (m, 3) [rad/s]
             Angular rate of the body relative to the Earth, body axes.
         """
-        turned = self._curve(time_s)
+        turned = _on(self._curve, time_s)
         attitude = attitude_from_quaternion_nb(
             quaternion_product(quaternion_inverse(quaternion_en_at(lat_rad, lon_rad)), turned)
         )
@@ -137,7 +144,7 @@ class AttitudeCurve:
 
     def rate_eb_at(self, time_s: np.ndarray) -> np.ndarray:
         """Return the angular rate of the body relative to the Earth at given times, body axes, (m, 3) [rad/s]."""
-        turned, turning = self._curve(time_s), self._curve(time_s, 1)
+        turned, turning = _on(self._curve, time_s), _on(self._curve, time_s, 1)
         rate = quaternion_product(quaternion_inverse(turned), turning)[:, 1:]
         return 2.0 * rate / np.sum(turned * turned, axis=-1, keepdims=True)
 
@@ -227,7 +234,7 @@ class Trajectory:
 
     def _place_at(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return latitude, longitude as continuous as that of the rows [rad], height [m], velocity (m, 3) [m/s]."""
-        rows = self._path(time_s)
+        rows = _on(self._path, time_s)
         lat, lon, alt = geodetic_from_ecef(rows[:, :3])
         near = np.interp(time_s, self.time_s, self.lon_rad)
         velocity_n = rotate(rot_ne_at(lat, lon), rows[:, 3:])
@@ -295,7 +302,7 @@ class Trajectory:
         ValueError
             If a time lies outside the logged span.
         """
-        rows = self._path(self.inside(time_s), order)
+        rows = _on(self._path, self.inside(time_s), order)
         return rows[:, :3], rows[:, 3:]
 
     def rate_eb_at(self, time_s: np.ndarray) -> np.ndarray:

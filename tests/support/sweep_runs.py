@@ -66,7 +66,8 @@ print(json.dumps({"wall_s": time.perf_counter() - began, "cpu_s": time.process_t
 class Run:
     """What a sweep cost: its digest, time, memory of driver and largest worker, bytes written, and flights.
 
-    ``wall_s`` is all time, from before the first import on. ``cpu_s`` is that of the driver and of the workers on their files; not that of their imports.
+    ``wall_s`` is all time from the first import on. ``cpu_s`` is that of the driver, and of the workers on their files;
+    not that of their imports.
     """
 
     digest: str

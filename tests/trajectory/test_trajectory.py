@@ -164,6 +164,8 @@ def test_controls():
     out = flight.controls_at(np.array([0.015, 4.0]))
     assert list(out) == ["rudder", "aileron"]
     np.testing.assert_allclose(out["rudder"], [0.0015, 0.4], atol=1e-12)
+    np.testing.assert_allclose(flight.controls_at(np.array([0.015, 5.0]))["rudder"], [0.0015, 0.5], atol=1e-12)
+    np.testing.assert_array_equal(flight.controls_at(np.array([0.015, 4.0]))["rudder"], out["rudder"])
     assert Flight(path, 10.0, 120.0, {}, (), ()).controls_at(np.array([0.0])) == {}
     with pytest.raises(ValueError, match="'rudder' has shape"):
         Flight(path, 10.0, 120.0, {"rudder": np.zeros(3)}, (), ())
