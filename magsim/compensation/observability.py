@@ -58,8 +58,17 @@ def check_angle(designs: Sequence[Design], read: Sequence[np.ndarray], names: Se
     permanent = np.array([group == "permanent" for group in designs[0].groups])
     if permanent.sum() != 3:
         return
-    directions = np.concatenate([d.matrix[rows][:, permanent] for d, rows in zip(designs, read, strict=True)])
-    angle = angle_swept_deg(directions)
+    check_directions([d.matrix[rows][:, permanent] for d, rows in zip(designs, read, strict=True)], names)
+
+
+def check_directions(directions: Sequence[np.ndarray], names: Sequence[str]) -> None:
+    """Refuse directions of the field in the axes of the aircraft, (n, 3) of each recording, that turn too little.
+
+    Raises
+    ------
+    DataError
+    """
+    angle = angle_swept_deg(np.concatenate(directions))
     if angle < LEAST_ANGLE_DEG:
         raise DataError(unobservable(angle, ", ".join(repr(name) for name in names[:4])))
 

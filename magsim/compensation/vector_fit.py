@@ -9,13 +9,15 @@ nothing. The broadband term holds the length of what is left.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from magsim.compensation.covariance import runs_of, spread_of
+from magsim.compensation.solvers import Solution
 from magsim.errors import DataError
-from magsim.signals import EDGE_S, in_band
+from magsim.signals import EDGE_S, in_band, in_band_rows, median_step
 from magsim.threads import one_blas_thread
 
 SCALES = (100.0, 1e-3, 1e-3, 1e-4)
@@ -70,11 +72,14 @@ class VectorFit:
         b, c [s] and, where it is fitted, d [s^2].
     residual_nt : float [nT]
         Root of the mean squared residual in band.
+    covariance : (q, q)
+        Of the coefficients in the order of ``permanent_nt`` and ``matrices``; empty before the fit is through.
     """
 
     permanent_nt: np.ndarray
     matrices: np.ndarray
     residual_nt: float
+    covariance: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def clean(self, vectors: Sequence[np.ndarray]) -> np.ndarray:
         """Return the length of the clean field, (m,) [nT]."""
@@ -86,6 +91,19 @@ class VectorFit:
             np.einsum("nj,ij->ni", vector, matrix) for vector, matrix in zip(vectors, self.matrices, strict=True)
         )
         return vectors[0] - own
+
+    def parts(self, vectors: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return the platform's field by source, (m, 3) [nT] each: permanent, then one for each matrix."""
+        pairs = zip(vectors, self.matrices, strict=True)
+        still = np.broadcast_to(self.permanent_nt, vectors[0].shape)
+        return [still, *(np.einsum("nj,ij->ni", vector, matrix) for vector, matrix in pairs)]
+
+    def slopes(self, vectors: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the derivatives of ``clean`` by the coefficients, (m, q)."""
+        vector = self.clean_vector(vectors)
+        direction = -vector / _lengths(vector)[:, None]
+        blocks = [direction, *(np.einsum("ni,nj->nij", direction, each).reshape(-1, 9) for each in vectors)]
+        return np.concatenate(blocks, axis=1)
 
 
 def fit_vector(rows: Sequence[VectorRows], weight: float) -> VectorFit:
@@ -114,7 +132,7 @@ def fit_vector(rows: Sequence[VectorRows], weight: float) -> VectorFit:
         found = least_squares(
             problem.residuals, start, problem.jacobian, method="lm", max_nfev=MOST_STEPS, xtol=1e-10, ftol=1e-12
         )
-    fit = problem.fit_of(found.x)
+    fit = replace(problem.fit_of(found.x), covariance=problem.covariance(found.x))
     _refuse_collapse(fit, rows)
     if not found.success:
         msg = f"the vector fit did not converge in {MOST_STEPS} steps; fit it to more maneuvers"
@@ -182,17 +200,36 @@ class VectorProblem:
             parts += [in_band(slopes, r.time_s), self._weight * slopes]
         return np.concatenate([*parts, REGULAR * np.eye(self.unknowns)])
 
+    def covariance(self, unknowns: np.ndarray) -> np.ndarray:
+        """Return the covariance of the coefficients at a solution, (q, q), from the noise that is left in band.
+
+        That of linear fits (``magsim.compensation.covariance``) with the derivatives there as columns, turned to the
+        principal axes of the fit: antisymmetric matrices hardly change the length, and would be lost in rounding.
+        """
+        fit = self._fit(unknowns)
+        with one_blas_thread():
+            _, singular, axes = np.linalg.svd(self.jacobian(unknowns), full_matrices=False)
+            turned = axes.T / singular
+            band = np.concatenate([in_band(self._slopes(fit, r) @ turned, r.time_s) for r in self._rows])
+        left = np.concatenate([in_band(fit.clean(r.vectors) - r.reference_nt, r.time_s) for r in self._rows])
+        runs = runs_of([r.time_s[in_band_rows(r.time_s)] for r in self._rows])
+        nothing = np.zeros(self.unknowns)
+        solution = Solution(nothing, 0.0, 1.0, fit.residual_nt, np.eye(self.unknowns), nothing)
+        found = spread_of(solution, band, left, runs, 1.0 / median_step(self._rows[0].time_s)).covariance
+        size = np.sqrt(np.mean(unknowns**2))
+        with one_blas_thread():
+            # what the weight of the unknowns shrinks may be as large as what was found
+            lost = size * REGULAR**2 * turned @ turned.T
+            scaled = turned @ found @ turned.T + lost @ lost.T
+        return scaled * np.outer(self._sizes, self._sizes)
+
     def _fit(self, unknowns: np.ndarray) -> VectorFit:
         values = unknowns * self._sizes
         return VectorFit(values[:3], values[3:].reshape(self._kinds, 3, 3), float("nan"))
 
     def _slopes(self, fit: VectorFit, rows: VectorRows) -> np.ndarray:
-        """Return d clean / d q, (m, q): the clean direction n times - 1, B_j, dB_j/dt, ..."""
-        vector = fit.clean_vector(rows.vectors)
-        direction = -vector / _lengths(vector)[:, None]
-        blocks = [direction]
-        blocks += [np.einsum("ni,nj->nij", direction, each).reshape(-1, 9) for each in rows.vectors]
-        return np.concatenate(blocks, axis=1) * self._sizes
+        """Return d clean / d q, (m, q), of scaled unknowns: the clean direction n times - 1, B_j, dB_j/dt, ..."""
+        return fit.slopes(rows.vectors) * self._sizes
 
 
 def _lengths(vectors: np.ndarray) -> np.ndarray:

@@ -18,11 +18,17 @@ from magsim.columns import FLUX, MAG
 from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.columns import Derivative, pick_fluxgate
 from magsim.compensation.columns.direction import direction_cosines, time_derivative
+from magsim.compensation.observability import check_channels, check_directions
 from magsim.compensation.saving import State
 from magsim.compensation.targets import KnownField, Label, Reading, Target, reading, reading_rows, rows_to_fit
+from magsim.compensation.terms import Term
 from magsim.compensation.vector_fit import LABEL_WEIGHT, READING_WEIGHT, VectorFit, VectorRows, fit_vector
 from magsim.dataset import Training
 from magsim.recording import Recording
+from magsim.signals import band_pass, spans
+
+SOURCES = (("a", "nT", "permanent"), ("b", "1", "induced"), ("c", "s", "eddy"), ("d", "s^2", "eddy lag"))
+"""Letter, unit and group of the coefficients of the vector and of each matrix."""
 
 TARGETS: dict[str, Target] = {"interference": Label(), "measured": Reading(), "model": KnownField()}
 
@@ -83,6 +89,9 @@ class VectorTollesLawson(Compensator):
         recordings = reading_rows(known, training.sensor)
         self._fluxgate = pick_fluxgate(recordings, self.fluxgate)
         self._sensor = training.sensor
+        check_channels(recordings, self.requires, training.sensor)
+        names = [recording.name for recording in recordings]
+        check_directions([direction_cosines(recording, self._fluxgate)[0] for recording in recordings], names)
         rows = []
         for recording in recordings:
             scalar = reading(recording, training.sensor)
@@ -104,6 +113,34 @@ class VectorTollesLawson(Compensator):
             found.append(time_derivative(found[-1], recording.time_s, self.derivative))
         return tuple(found)
 
+    def _coefficients(self) -> tuple[Term, ...]:
+        fit = self._fit
+        values = [fit.permanent_nt, *fit.matrices]
+        errors = iter(np.sqrt(np.diag(fit.covariance)).tolist())
+        out = []
+        for (letter, unit, group), block in zip(SOURCES, values, strict=False):
+            for place, value in np.ndenumerate(block):
+                name = letter + "".join(str(i + 1) for i in place)
+                out.append(Term(name, float(value), unit, next(errors), group))
+        return tuple(out)
+
+    def _shares(self, recording: Recording) -> dict[str, np.ndarray]:
+        """Return what the length loses as one source after the other is taken off the field."""
+        vectors = self._vectors(recording)
+        left, length = vectors[0], np.linalg.norm(vectors[0], axis=1)
+        out: dict[str, np.ndarray] = {}
+        for (_, _, group), part in zip(SOURCES, self._fit.parts(vectors), strict=False):
+            left = left - part
+            before, length = length, np.linalg.norm(left, axis=1)
+            out[group] = before - length
+        return out
+
+    def _uncertainty(self, recording: Recording) -> np.ndarray:
+        slopes = self._fit.slopes(self._vectors(recording))
+        band = np.concatenate([band_pass(slopes[span], recording.rate_hz) for span in spans(recording.time_s)])
+        variance = np.einsum("ni,ij,nj->n", band, self._fit.covariance, band, optimize=False)
+        return np.sqrt(np.maximum(variance, 0.0))
+
     @property
     def fit_(self) -> VectorFit:
         """Coefficients and the residual of the fit."""
@@ -114,12 +151,14 @@ class VectorTollesLawson(Compensator):
         """Return coefficients and names; see ``Compensator.state``."""
         fit = self._fit
         values = {"fluxgate": self._fluxgate, "sensor": self._sensor, "residual_nt": fit.residual_nt}
-        return State(values, {"permanent_nt": fit.permanent_nt, "matrices": fit.matrices})
+        arrays = {"permanent_nt": fit.permanent_nt, "matrices": fit.matrices, "covariance": fit.covariance}
+        return State(values, arrays)
 
     def set_state(self, state: State) -> None:
         """Take back what ``state`` returned."""
         values: Mapping[str, Any] = state.values
-        shapes = {"permanent_nt": (3,), "matrices": (2 + self.second_derivative, 3, 3)}
+        matrices = 2 + self.second_derivative
+        shapes = {"permanent_nt": (3,), "matrices": (matrices, 3, 3), "covariance": (3 + 9 * matrices,) * 2}
         arrays = {name: np.asarray(state.arrays[name], dtype=float) for name in shapes}
         for name, shape in shapes.items():
             if arrays[name].shape != shape:

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from magsim.compensation import TollesLawson, create, load
 from magsim.compensation.covariance import autocovariance, middle, runs_of, spread_of
 from magsim.compensation.solvers import SOLVERS, least_squares
-from magsim.errors import RequestError
+from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 from magsim.signals import in_band, in_band_rows
 from tests.support.birds import COEFFICIENTS, bird, terms
@@ -124,3 +124,45 @@ def test_a_method_without_terms_says_so():
         TollesLawson().coefficients()
     assert create("none").fit(recording).coefficients() == ()
     assert create("none").fit(recording).shares(recording) == {}
+
+
+@pytest.fixture(scope="module")
+def together() -> Recording:
+    """One circuit with fluxgate and scalar sensor in one place, without noise: vector Tolles-Lawson is exact."""
+    return calibration(World(gradient=False, mag_noise_nt=0.0, flux_noise_nt=0.0, circuits=1))
+
+
+def test_errors_of_the_vector_fit_agree_with_the_scatter_of_many_fits(together):
+    estimates, stated = [], []
+    for draw in range(14):
+        error = 0.05 * np.random.default_rng(draw).standard_normal(len(together))
+        noisy = replace(together, data={**together.data, "mag_cabin_nt": together["mag_cabin_nt"] + error})
+        fitted = create("vector_tl", target="measured").fit(noisy)
+        estimates.append(in_band(fitted.interference(together), together.time_s))
+        stated.append(np.mean(fitted.uncertainty(together)[300:-300] ** 2))
+    scatter = np.mean(np.var(estimates, axis=0, ddof=1))
+    # 14 draws of some 20 coefficients: the mean variance is known to 10 %
+    assert scatter == pytest.approx(np.mean(stated), rel=0.3)
+
+
+def test_vector_terms_add_up_and_are_kept(together, tmp_path):
+    fitted = create("vector_tl").fit(together)
+    shares = fitted.shares(together)
+    np.testing.assert_allclose(sum(shares.values()), fitted.interference(together), rtol=0, atol=1e-9)
+    terms_ = {term.name: term for term in fitted.coefficients()}
+    assert len(terms_) == 21
+    assert set(shares) == {term.group for term in terms_.values()} == {"permanent", "induced", "eddy"}
+    assert terms_["b12"].value == fitted.fit_.matrices[0, 0, 1]
+    assert all(term.error > 0.0 for term in terms_.values())
+    fitted.save(tmp_path)
+    assert load(tmp_path).coefficients() == fitted.coefficients()
+
+
+def test_the_vector_fit_refuses_a_line_that_does_not_turn(together):
+    leg = together.take(slice(0, 1200))
+    still = {f"flux_cabin_{axis}_nt": leg[f"flux_cabin_{axis}_nt"] * 1e-3 + 2e4 for axis in "xyz"}
+    with pytest.raises(DataError, match="a fit needs 15"):
+        create("vector_tl").fit(replace(leg, data={**leg.data, **still}))
+    dead = {"flux_cabin_x_nt": np.full(len(together), 5.0)}
+    with pytest.raises(DataError, match="flux_cabin_x_nt never changes"):
+        create("vector_tl").fit(replace(together, data={**together.data, **dead}))
