@@ -131,7 +131,7 @@ def test_pickled_arrays_are_refused(run):
 
 
 def test_missing_and_misshaped_arrays_are_refused(run):
-    for arrays, text in (({}, "coefficients"), ({"coefficients": np.zeros(3)}, r"\(3,\) coefficients for 16 terms")):
+    for arrays, text in (({}, "coefficients"), ({"coefficients": np.zeros(3)}, r"\(3,\) coefficients for 16 columns")):
         np.savez(run / ARRAYS, **arrays)
         with pytest.raises(DataError, match=f"the saved method cannot be read: .*{text}"):
             load(run)
