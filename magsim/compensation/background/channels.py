@@ -20,6 +20,7 @@ KINDS: dict[str, columns.Family] = {
     "currents": columns.CURRENT,
     "voltages": columns.VOLTAGE,
     "surfaces": columns.SURFACE,
+    "accelerations": columns.INS_ACCELERATION,
 }
 """Kinds of channels by name."""
 

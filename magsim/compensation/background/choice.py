@@ -19,8 +19,8 @@ from magsim.recording import Recording
 
 Direction = Literal["fluxgate", "ins", "calibrated"]
 
-LOOKAHEAD_ROWS = 5
-"""Rows that the filters of a calibrated fluxgate look ahead by default: half a second; more bring nothing."""
+LOOKAHEAD_ROWS = 8
+"""Rows that the filters of a calibrated fluxgate look ahead by default; more bring nothing."""
 
 
 class BackgroundField(Protocol):

@@ -26,6 +26,9 @@ LATER_S = 0.05
 """Deviation of what the scalar magnetometer lags behind the INS [s] (estimate)."""
 
 _HUBER = 4.0
+_ALIKE = 0.3
+"""Flights whose weights differ by no more than this count the same."""
+
 _ROUNDS = 40
 _CLOSE = 0.01
 _DOUBT = 1.0
@@ -241,9 +244,8 @@ class Estimation:
             if change < _CLOSE:
                 break
             if number == 2:
-                residual = np.abs(target - matrix @ found)
-                weights = np.minimum(1.0, _HUBER * self.noise_nt / np.maximum(residual, 1e-300))
-                if (weights < 1.0).any():
+                weights = self._weights(target - matrix @ found)
+                if (weights != 1.0).any():
                     weighted = matrix * weights[:, None]
                     normal, right, square = weighted.T @ matrix, weighted.T @ target, (weights * target) @ target
         # the normal equations have lost what the weakest directions need
@@ -255,6 +257,21 @@ class Estimation:
         found = root @ (basis[:rows].T @ (target * np.sqrt(weights) / noise))
         self.per_row = max(_rows_for_one(target - matrix @ found), self.reduction.per_row)
         return found, root
+
+    def _weights(self, residual: np.ndarray) -> np.ndarray:
+        """Return what each row counts: flights by their own noise, and outliers of a flight less (Huber)."""
+        number = np.full(len(residual), -1)
+        number[: self.reduction.rows] = self.reduction.of_table()
+        weights = np.ones(len(residual))
+        for one in np.unique(number):
+            rows = number == one
+            noise = max(float(np.sqrt(np.mean(residual[rows] ** 2))), _QUIET_NT)
+            outlying = _HUBER * noise / np.maximum(np.abs(residual[rows]), 1e-300)
+            # pairs of rows have a weight already
+            weights[rows] = np.minimum(1.0, outlying) / noise**2 if one >= 0 else 1.0 / self.noise_nt**2
+        # a difference that chance makes between two flights is none
+        weights *= len(weights) / weights.sum()
+        return np.where(np.abs(weights - 1.0) < _ALIKE, 1.0, weights)
 
     def _prior(self, count: int) -> np.ndarray:
         """Return the inverse variances of the scaled coefficients: sources, then days and lag."""

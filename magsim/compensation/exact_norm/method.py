@@ -56,9 +56,10 @@ class ExactNorm(Compensator):
     fluxgate : str, optional
         The first one of the first recording if not given.
     lookahead : int
-        Rows after its own that an estimate may use, 0 to 20; more than 5 bring nothing.
-    channels : list of {"currents", "voltages", "surfaces"}
-        Which channels are sources. Those that do not vary are left out.
+        Rows after its own that an estimate may use, 0 to 20; more than 8 bring nothing.
+    channels : tuple of {"currents", "voltages", "surfaces", "accelerations"}, optional
+        Which channels are sources: all but voltages by default. Accelerations move what hangs on rubber mounts. Those
+        that do not vary are left out.
     memory : bool
         Whether steel remembers the field.
     repeated : bool
@@ -79,7 +80,7 @@ class ExactNorm(Compensator):
         direction: Literal["calibrated", "ins", "fluxgate", "best"] = "calibrated",
         fluxgate: str | None = None,
         lookahead: Annotated[int, Field(ge=0, le=20)] = backgrounds.LOOKAHEAD_ROWS,
-        channels: list[Literal["currents", "voltages", "surfaces"]] | None = None,
+        channels: tuple[Literal["currents", "voltages", "surfaces", "accelerations"], ...] | None = None,
         memory: bool = True,
         repeated: bool = False,
         vertical: bool = True,
@@ -168,7 +169,7 @@ class ExactNorm(Compensator):
             lookahead_rows=self.lookahead,
             labels=self.target == "interference",
         )
-        kinds = ["currents", "surfaces"] if self.channels is None else self.channels
+        kinds: Sequence[str] = ("currents", "surfaces", "accelerations") if self.channels is None else self.channels
         channels = backgrounds.live_channels(recordings, kinds)
         return Sources(field, channels, self.memory, self.repeated, self.lookahead)
 

@@ -19,11 +19,14 @@ PERMANENT_NT, INDUCED_NT, EDDY_NT, BEND_NT, MEMORY_NT = 1000.0, 500.0, 100.0, 10
 second), their second order, and the hysteresis of steel in the field above. Cabins of survey aircraft have some hundred
 nT of the first two, and a tenth and a hundredth of that of the others (reference tables of the C208B; estimate)."""
 
-PER_UNIT = {columns.CURRENT: 10.0, columns.VOLTAGE: 10.0, columns.SURFACE: 1.0}
-"""Deviations for a channel: nT/A of a wire some meters away, nT/V, nT/deg of a magnet on a hinge (estimate)."""
-
-_UNITS = {columns.CURRENT: "nT/A", columns.VOLTAGE: "nT/V", columns.SURFACE: "nT/deg"}
-_WORDS = {columns.CURRENT: "current", columns.VOLTAGE: "voltage", columns.SURFACE: "surface"}
+_KINDS = {
+    columns.CURRENT: ("current", "nT/A", 10.0),
+    columns.VOLTAGE: ("voltage", "nT/V", 10.0),
+    columns.SURFACE: ("surface", "nT/deg", 1.0),
+    columns.INS_ACCELERATION: ("acceleration", "nT s^2/m", 1.0),
+}
+"""Word, unit and deviation for a channel: a wire some meters away, a magnet on a hinge, an engine of 100 kg on mounts
+that give by 1 mm for each g (estimates)."""
 
 
 class Signal(NamedTuple):
@@ -104,9 +107,9 @@ class Sources:
         ]
         for channel in self.channels:
             family = columns.family_of(channel.name)
-            fields = family.match(channel.name) or {}
-            name = f"{_WORDS[family]} {next(iter(fields.values()))}"
-            table.append(Signal(name, name, _UNITS[family], PER_UNIT[family]))
+            word, unit, size = _KINDS[family]
+            name = f"{word} {next(iter((family.match(channel.name) or {}).values()))}"
+            table.append(Signal(name, name, unit, size))
         return tuple(table)
 
     def __call__(self, recording: Recording) -> Driven:

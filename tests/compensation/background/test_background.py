@@ -39,7 +39,7 @@ def test_the_calibrated_background_is_true_to_the_noise_of_the_fluxgate(labeled)
     assert length < 0.05
     assert vector < 3.0
     assert field.lag_s == pytest.approx(0.15, abs=0.004)
-    assert field.lookahead_rows == 5
+    assert field.lookahead_rows == 8
     assert {channel.name for channel in field.regressors.channels} == {"cur_pump_a", "surface_aileron_deg"}
 
 
