@@ -1,5 +1,6 @@
 """What a fitted method does to a flight: coefficients, shares, what is left, and what that follows."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,9 @@ from magsim.recording import Recording
 
 LATE_S = 0.05
 """Lag of a fluxgate above which it is noted: half a row at 10 Hz."""
+
+NAMED = 8
+"""Names that a note lists."""
 
 SURE = 2.0
 """Standard errors that a coefficient must be from zero, not to be noted."""
@@ -299,7 +303,7 @@ def _notes(found: Explanation, why: str, *, explained: bool) -> tuple[str, ...]:
         out.append(f"{found.method} is no sum of physical terms: it has no coefficients, shares or errors to show")
     unsure = [t.name for t in found.coefficients if t.error is not None and abs(t.value) < SURE * t.error]
     if unsure:
-        out.append(f"not told from zero (less than {SURE:g} standard errors): {', '.join(unsure)}")
+        out.append(f"not told from zero (less than {SURE:g} standard errors): {_first(unsure)}")
     if not found.signatures.signatures:
         out.append("no maneuvers on headings are marked in the recording: no signatures, no figure of merit")
     if found.lag is None:
@@ -309,8 +313,13 @@ def _notes(found: Explanation, why: str, *, explained: bool) -> tuple[str, ...]:
         out.append(f"the fluxgate is {abs(found.lag.lag_s):.2f} s {later} the attitude of the INS")
     follows = [f"{c.channel} ({c.coherent_nt:.2g} nT)" for c in found.coherences if c.is_significant]
     if follows:
-        more = f" and {len(follows) - 6} more" if len(follows) > 6 else ""
-        out.append(f"what is left follows {', '.join(follows[:6])}{more}")
+        out.append(f"what is left follows {_first(follows)}")
     if found.dead:
-        out.append(f"never change, dead channels: {', '.join(found.dead)}")
+        out.append(f"never change, dead channels: {_first(found.dead)}")
     return tuple(out)
+
+
+def _first(names: Sequence[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return f"{', '.join(names[:NAMED])}{more}"

@@ -51,7 +51,12 @@ def head_block(found: Explanation) -> ReportBlock:
     if found.uncertainty_nt is not None:
         rows.append(("error from the coefficients", f"{found.uncertainty_nt:.2g} nT in band (standard error)"))
     if found.lag is not None:
-        rows.append(("fluxgate behind the INS", f"{found.lag.lag_s:.3f} s ({found.lag.left_nt:.3g} nT unexplained)"))
+        rows.append(
+            (
+                "fluxgate behind the INS",
+                f"{round(found.lag.lag_s, 3) + 0.0:.3f} s ({found.lag.left_nt:.3g} nT unexplained)",
+            )
+        )
     return ReportBlock("", ("", ""), tuple(rows))
 
 

@@ -18,7 +18,8 @@ PAGE_IN = (8.27, 11.69)
 
 LINES = {"before": (INK, 1.0), "after": (COLORS[1], 1.2), "noise": (GRAY, 1.0)}
 
-MOST_CHANNELS = 10
+MOST_CHANNELS, MOST_SHARES = 10, 14
+"""Bars that are drawn, the largest."""
 
 
 def page(found: Explanation) -> Figure:
@@ -102,7 +103,7 @@ def _shares(axes: Axes, found: Explanation) -> None:
         dress(axes, "")
         _missing(axes, "the method has no shares")
         return
-    ordered = sorted(found.shares, key=lambda share: share.std_nt)
+    ordered = sorted(found.shares, key=lambda share: share.std_nt)[-MOST_SHARES:]
     names = [share.group for share in ordered]
     values = [share.std_nt for share in ordered]
     axes.barh(names, values, color=[COLORS[i % len(COLORS)] for i in range(len(names))][::-1], height=0.6)
