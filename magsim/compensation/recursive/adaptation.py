@@ -23,8 +23,8 @@ from magsim.signals import BAND_HZ, EDGE_S
 ORDER = 4
 """Order of the prototype of the causal band-pass: that of ``magsim.signals.band_pass``, in one direction."""
 
-HUBER = 2.0
-"""Errors beyond so many deviations count less, as 1 / error."""
+LIMIT = 2.0
+"""Errors beyond so many deviations count less, as 1 / error^2: an anomaly is far off and hardly counts."""
 
 MEDIAN = 0.6745
 """Median of the magnitude of a normal deviate."""
@@ -173,7 +173,7 @@ class Adaptation:
             filtered / known.scale,
             misfit_nt,
             self._keep,
-            HUBER * self._deviation_nt,
+            LIMIT * self._deviation_nt,
             self._change,
             self._room,
         )

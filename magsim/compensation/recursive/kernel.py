@@ -91,7 +91,7 @@ def updated(
     keep : float
         Share of the past that is kept in a row.
     limit : float [nT]
-        Error of the present answer beyond which a row counts less (Huber).
+        Error of the present answer beyond which a row counts less, as 1 / error^2: what is far off hardly counts.
     change : (c,)
         Of the coefficients.
     lower : (c, c)
@@ -101,7 +101,7 @@ def updated(
     error = misfit
     for i in range(count):
         error -= row[i] * change[i]
-    weight = 1.0 if abs(error) <= limit else limit / abs(error)
+    weight = 1.0 if abs(error) <= limit else (limit / abs(error)) ** 2
     for i in range(count):
         right[i] = keep * right[i] + weight * misfit * row[i]
         for j in range(i + 1):
