@@ -13,6 +13,7 @@ from magsim.sensors.clocks import instants
 from magsim.sensors.instrument import Columns, MeasuredFlight
 from magsim.sensors.noise import white_noise
 from magsim.signals import first_order_lag
+from magsim.storage.compiled import compiled
 from magsim.streams import stream
 
 
@@ -34,16 +35,16 @@ def backlash(values: np.ndarray, play: float) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     if play == 0.0:
         return values
-    half, rising = 0.5 * play, np.diff(values) >= 0.0
-    # Between two turning points the operator is a running bound on one side, so only turning points need a loop.
-    turns = np.concatenate([[0], np.flatnonzero(rising[1:] != rising[:-1]) + 1, [len(values) - 1]])
-    held = np.empty(len(turns))
-    held[0] = values[0]
-    for i, value in enumerate(values[turns[1:]].tolist()):
-        held[i + 1] = min(max(held[i], value - half), value + half)
-    since = np.repeat(held[:-1], np.diff(turns))
-    follows = np.where(rising, np.maximum(since, values[1:] - half), np.minimum(since, values[1:] + half))
-    return np.concatenate([held[:1], follows])
+    return _followed(values, 0.5 * play)
+
+
+@compiled
+def _followed(values: np.ndarray, half: float) -> np.ndarray:
+    out, last = np.empty_like(values), values[0]
+    for k in range(len(values)):
+        last = min(max(last, values[k] - half), values[k] + half)
+        out[k] = last
+    return out
 
 
 def measure(
