@@ -55,8 +55,11 @@ def test_level_5_is_that_of_the_shipped_ladder(flights):
 def test_what_is_tuned_on_is_not_what_is_shown():
     tune, show = sets.DRAWS["tune"], sets.DRAWS["show"]
     assert tune.seed != show.seed
-    assert {tune.individual + i for i in range(tune.sets)}.isdisjoint({show.individual + i for i in range(show.sets)})
-    assert {tune.flight + i for i in range(2 * tune.sets)}.isdisjoint({show.flight + i for i in range(2 * show.sets)})
+    for first, flights in (("individual", 1), ("flight", 2)):
+        tuned, seen = (
+            {getattr(draw, first) + i for i in range(flights * draw.honest_sets)} for draw in sets.DRAWS.values()
+        )
+        assert tuned.isdisjoint(seen)
     assert show.seed == sweep.read_sweep(LEVELS).settings.seed
 
 
@@ -74,12 +77,36 @@ def test_a_set_is_read_from_the_place_where_it_was_flown(tmp_path):
 
 def test_the_other_aircraft_of_a_set_is_the_next_individual(tmp_path):
     for shard in range(3):
-        _write(tmp_path, shard, (2 * shard, 2 * shard + 1))
+        _write(tmp_path / "days", shard, (2 * shard, 2 * shard + 1))
+        _write(tmp_path / "nominal", shard, (90 + shard,))
     found = [[int(flight.name[1:]) for flight in one] for one in sets.days(tmp_path)]
-    assert found == [[0, 1, 2], [2, 3, 4], [4, 5, 0]]
+    assert found == [[90, 0, 1, 2], [91, 2, 3, 4], [92, 4, 5, 0]]
+    assert len([*sets.days(tmp_path, 2)]) == 2
 
 
 def _write(folder: Path, shard: int, numbers) -> None:
     time_s = np.arange(3.0)
+    folder.mkdir(exist_ok=True)
     flights = [Recording(f"f{number:08d}", time_s, {"split": np.zeros(3)}) for number in numbers]
     write_recordings(folder / f"shard_{shard:08d}.h5", flights)
+
+
+@pytest.mark.parametrize("world", sets.WORLDS)
+def test_a_world_is_flown_with_its_scenario_and_a_departing_main_field(world):
+    plan = sweep.read_sweep(sets.HERE / "honest.toml", sets.days_settings(world, sets.DRAWS["tune"]))
+    loaded = plan.load(next(plan.space.flights(11, 12)))
+    assert loaded.scenario.field.earth.departure.enabled
+    assert {one.name for one in loaded.scenario.sensors.scalar} == set(sets.WORLDS[world].sensors)
+    assert (loaded.scenario.individual, loaded.scenario.day) == (106, 2)
+    nominal = sweep.read_sweep(sets.HERE / "honest.toml", sets.nominal_settings(world, sets.DRAWS["tune"]))
+    shipped = nominal.load(next(nominal.space.flights(5, 6))).scenario
+    assert (shipped.individual, shipped.day, shipped.seed) == (0, 0, 1106)
+    assert shipped.field.earth.departure.enabled
+
+
+def test_the_file_as_it_stands_flies_what_is_shown():
+    plan = sweep.read_sweep(sets.HERE / "honest.toml")
+    made = sweep.read_sweep(sets.HERE / "honest.toml", sets.days_settings("calm", sets.DRAWS["show"]))
+    assert [flight.values for flight in plan.space.flights(0, 99)] == [
+        flight.values for flight in made.space.flights(0, 99)
+    ]

@@ -1,5 +1,6 @@
 """Sets of flights that physics methods are shown on: flown by the sweep files beside this module, and read back."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -38,6 +39,9 @@ STINGER = (
 )
 
 
+DEPARTURE = "field.earth.departure.enabled=true"
+
+
 class World(NamedTuple):
     """What ``honest.toml`` is flown with, and the scalar magnetometers that are judged."""
 
@@ -51,21 +55,22 @@ WORLDS: Mapping[str, World] = {
     "calm": World("calibration_c208b_calm"),
     "electronics": World("electronics_c208b", (), ("cabin", "ceiling", "stinger")),
     "gusty": World("gusty_c208b"),
-    "fom": World("papers/001_fom", (), ("boom",)),
+    "fom": World("papers/001_fom", ("pattern.circuits=2",), ("boom",)),
     "6m": World("calibration_c208b", HARD),
 }
 
 
 class Draw(NamedTuple):
-    """Which sets: the seed of a sweep, how many, and the first individual and flight of the honest worlds."""
+    """Seed of the sweeps, how many sets of the levels and of a world, a world's first individual and first seed."""
 
     seed: int
     sets: int
+    honest_sets: int
     individual: int
     flight: int
 
 
-DRAWS: Mapping[str, Draw] = {"tune": Draw(1401, 6, 101, 1001), "show": Draw(1402, 12, 1, 2001)}
+DRAWS: Mapping[str, Draw] = {"tune": Draw(1401, 6, 6, 101, 1001), "show": Draw(1402, 12, 8, 1, 2001)}
 """``tune``: what settings are chosen on; ``show``: what figures come from, as the sweep files stand."""
 
 
@@ -80,9 +85,11 @@ class Triple(NamedTuple):
 class Days(NamedTuple):
     """Flights of one honest set, each with a circuit to learn from and one to be judged on.
 
-    An aircraft, the same on another day, and another individual of its type.
+    The nominal aircraft as it is shipped, without anybody aboard; an individual with people in it, the same on another
+    day, and another individual.
     """
 
+    nominal: Recording
     first: Recording
     later: Recording
     other: Recording
@@ -92,30 +99,58 @@ Report = Callable[[str], None]
 
 
 def fly_levels(folder: Path, draw: Draw, report: Report, *, workers: int = 1) -> Path:
-    """Fly the sets of all levels into a folder, or go on where that was broken off; return the folder."""
+    """Fly the sets of all levels into a folder, or go on where that was broken off; return the folder.
+
+    A finished folder is taken as it is.
+    """
     size = len(LEVELS) * len(ROLES)
     settings = [f"sweep.seed={draw.seed}", f"sweep.flights={draw.sets * size}"]
     return _fly("levels.toml", settings, folder, report, workers)
 
 
 def fly_world(folder: Path, world: str, draw: Draw, report: Report, *, workers: int = 1) -> Path:
-    """Fly the sets of one honest world into a folder, or go on where that was broken off; return the folder."""
-    scenario, more, _ = WORLDS[world]
-    count = 2 * draw.sets
-    individuals = [draw.individual + number // 2 for number in range(count)]
-    settings = [
-        f"sweep.scenario={scenario}",
-        f"sweep.seed={draw.seed}",
-        f"sweep.flights={count}",
+    """Fly the sets of one honest world into two folders of a folder, ``nominal`` and ``days``; see ``fly_levels``."""
+    for part, settings in (("nominal", nominal_settings(world, draw)), ("days", days_settings(world, draw))):
+        _fly("honest.toml", settings, folder / part, report, workers)
+    return folder
+
+
+def days_settings(world: str, draw: Draw) -> list[str]:
+    """Return what makes an honest world of ``honest.toml``: individuals, each on two days."""
+    numbers = range(2 * draw.honest_sets)
+    return _settings(
+        WORLDS[world],
+        draw.seed,
+        individuals=[draw.individual + number // 2 for number in numbers],
+        on_days=[1 + number % 2 for number in numbers],
+        seeds=[draw.flight + number for number in numbers],
+    )
+
+
+def nominal_settings(world: str, draw: Draw) -> list[str]:
+    """Return what makes an honest world of ``honest.toml``: the nominal aircraft, one flight in each file."""
+    zeros, numbers = [0] * draw.honest_sets, range(draw.honest_sets)
+    seeds = [draw.flight + 100 + number for number in numbers]
+    return [*_settings(WORLDS[world], draw.seed, individuals=zeros, on_days=zeros, seeds=seeds), "sweep.shard=1"]
+
+
+def _settings(
+    world: World, seed: int, *, individuals: Sequence[int], on_days: Sequence[int], seeds: Sequence[int]
+) -> list[str]:
+    return [
+        f"sweep.scenario={world.scenario}",
+        f"sweep.set={json.dumps([DEPARTURE, *world.settings])}",
+        f"sweep.seed={seed}",
+        f"sweep.flights={len(seeds)}",
         f"sweep.axes[0].list={individuals}",
-        f"sweep.axes[1].list={[1 + number % 2 for number in range(count)]}",
-        f"sweep.axes[2].list={[draw.flight + number for number in range(count)]}",
-        *more,
+        f"sweep.axes[1].list={on_days}",
+        f"sweep.axes[2].list={seeds}",
     ]
-    return _fly("honest.toml", settings, folder, report, workers)
 
 
 def _fly(name: str, settings: Sequence[str], folder: Path, report: Report, workers: int) -> Path:
+    if (folder / "index.parquet").exists():
+        return folder
     report(f"flying {name} into {folder}")
     plan = sweep.read_sweep(HERE / name, settings)
     outcome = sweep.fly(plan, folder, workers=workers, resume=folder.exists())
@@ -135,11 +170,14 @@ def sets(folder: Path, level: str, count: int | None = None) -> Iterator[Triple]
 
 def days(folder: Path, count: int | None = None) -> Iterator[Days]:
     """Yield the sets of an honest world, all or the first ones; the other individual is that of the next set."""
-    files = _files(folder)
-    for number, path in enumerate(files[:count]):
+    files = _files(folder / "days")
+    for number, (path, beside) in enumerate(zip(files, _files(folder / "nominal"), strict=True)):
+        if number == count:
+            return
+        (nominal,) = read_recordings(beside)
         first, later = read_recordings(path)
         other, _ = read_recordings(files[(number + 1) % len(files)])
-        yield Days(first, later, other)
+        yield Days(nominal, first, later, other)
 
 
 def judged(recording: Recording) -> Recording:
