@@ -16,7 +16,7 @@ def banked(name: str, bank_deg: float) -> Recording:
     """A flight whose interference in band grows with the bank: 0.1 nT a degree at 0.3 Hz, in training and test."""
     time_s = np.arange(4000) * 0.1
     wave = np.sin(2.0 * np.pi * 0.3 * time_s)
-    direction = np.array([0.6, 0.0, 0.8])[:, None] + 0.05 * np.array([wave, np.cos(0.2 * time_s), -wave])
+    direction = np.array([0.6, 0.0, 0.8])[:, None] + 0.12 * np.array([wave, np.cos(0.2 * time_s), -wave])
     data = {f"flux_a_{axis}_nt": 50_000.0 * part for axis, part in zip("xyz", direction, strict=True)}
     interference = 0.1 * bank_deg * wave
     data |= {"interference_a_nt": interference, "clean_a_nt": np.full(4000, 50_000.0)}
