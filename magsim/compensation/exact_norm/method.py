@@ -217,10 +217,12 @@ class ExactNorm(Compensator):
         jacobian = jacobian_of(self._sources(recording), self._found.coefficients)
         with one_blas_thread():
             spread = jacobian @ self._found.root
+        # what the sources cannot express shows in the residual of labels; that of a reading is mostly its own noise
+        beyond = self._found.noise_nt if self.target == "interference" else 0.0
         out = np.zeros(len(recording))
         for span in spans(recording.time_s):
             filtered = band_pass(spread[span], recording.rate_hz)
-            out[span] = np.sqrt(np.einsum("nc,nc->n", filtered, filtered))
+            out[span] = np.sqrt(np.einsum("nc,nc->n", filtered, filtered) + beyond**2)
         return out
 
     # ---- files -------------------------------------------------------------------------------------------------
