@@ -68,7 +68,9 @@ _REGISTRY: dict[str, Entry] = {
     "exact_norm": Entry(_EXACT_NORM),
     "exact_norm_model": Entry(_EXACT_NORM, {"target": "model"}),
     "exact_norm_measured": Entry(_EXACT_NORM, {"target": "measured"}),
+    "exact_norm_whole": Entry(_EXACT_NORM, {"repeated": True}),
     "exact_norm_causal": Entry(_EXACT_NORM, {"lookahead": 0}, {"direction": "best"}),
+    "exact_norm_adaptive": Entry("magsim.compensation.exact_norm.adaptive:ExactNormAdaptive"),
     "magtcn": Entry("magsim.compensation.networks:MagTCNCompensator"),
     "bp": Entry("magsim.compensation.networks:BPCompensator"),
 }

@@ -40,18 +40,19 @@ METHODS = {
     "vector_tl": {"second_derivative": True},
     "vector_tl central": {"target": "measured", "derivative": "central"},
     "exact_norm": {},
-    "exact_norm whole": {"repeated": True},
+    "exact_norm_whole": {},
     "exact_norm fluxgate": {"direction": "fluxgate", "memory": False},
     "exact_norm_model": {"direction": "ins"},
     "exact_norm_measured": {"lookahead": 3},
     "exact_norm_causal": {},
+    "exact_norm_adaptive": {},
     "magtcn": {**QUICK, "width": 2, "kernel": 11},
     "magtcn last": {**QUICK, "width": 2, "kernel": 11, "window": 50, "head": "last"},
     "bp": QUICK,
     "bp window": {**QUICK, "per": "window", "window": 50, "hidden": (4,)},
 }
 REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary"}
-READ_THE_READING = {"tl16_recursive", "vector_tl"}
+READ_THE_READING = {"tl16_recursive", "vector_tl", "exact_norm_adaptive"}
 WORLD = World(eddy_tau_s=0.01)
 
 

@@ -20,7 +20,7 @@ from magsim.compensation.exact_norm.estimation import (
     shares_of,
 )
 from magsim.compensation.exact_norm.sources import Sources
-from magsim.compensation.exact_norm.streaming import ExactNormStreamer
+from magsim.compensation.exact_norm.streaming import ExactNormRows, ExactNormStreamer
 from magsim.compensation.reduction import Reduction
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Streamer
@@ -158,7 +158,7 @@ class ExactNorm(Compensator):
 
     def _streamer(self, feed: Feed) -> Streamer:
         """Return the method row by row; see ``Compensator``."""
-        return ExactNormStreamer(self._sources, self._found.coefficients, self._offset_nt, feed)
+        return ExactNormStreamer(ExactNormRows(self._sources, self._found.coefficients, feed), self._offset_nt)
 
     def _sources_of(self, direction: backgrounds.Direction, recordings: Sequence[Recording], sensor: str) -> Sources:
         field = backgrounds.fit_background(
@@ -178,8 +178,8 @@ class ExactNorm(Compensator):
         label = columns.INTERFERENCE.name(sensor=sensor)
         if self.target != "interference":
             return 0.0
-        self._offset_nt = 0.0
-        rest = [(r[label] - self.estimate(r))[r.reads(sensor)] for r in recordings]
+        at = self._found.coefficients
+        rest = [(r[label] - exact_interference(self._sources(r), at))[r.reads(sensor)] for r in recordings]
         return float(np.concatenate(rest).mean())
 
     # ---- what it tells -----------------------------------------------------------------------------------------

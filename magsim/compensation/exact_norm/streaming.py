@@ -1,6 +1,7 @@
 """The exact norm row by row: one window of rows, filters as sums over it, memory as states."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,23 +11,39 @@ from magsim.compensation.background.rows import VectorRows, Window
 from magsim.compensation.background.taps import HISTORY_ROWS
 from magsim.compensation.exact_norm.memory import WIDTHS_NT
 from magsim.compensation.exact_norm.sources import Sources
-from magsim.compensation.streaming import Feed, FluxgateRows
+from magsim.compensation.recursive.adaptation import Adaptation
+from magsim.compensation.recursive.streamer import ReadingRows
+from magsim.compensation.streaming import Feed, FluxgateRows, Together
 
 
-class ExactNormStreamer:
-    """The exact norm row by row; see ``magsim.compensation.streaming.RowWise``.
+class Estimated(NamedTuple):
+    """What is known of one row.
+
+    Attributes
+    ----------
+    interference_nt : float [nT]
+        Without a constant.
+    direction : (3,)
+        Of the total field: how the interference changes with a permanent field.
+    """
+
+    interference_nt: float
+    direction: np.ndarray
+
+
+class ExactNormRows:
+    """Interference, direction and background row by row; see ``magsim.compensation.streaming.RowWise``.
 
     Parameters
     ----------
     sources : Sources
     coefficients : (s, 3)
-    offset_nt : float [nT]
     feed : Feed
     """
 
-    def __init__(self, sources: Sources, coefficients: np.ndarray, offset_nt: float, feed: Feed) -> None:
+    def __init__(self, sources: Sources, coefficients: np.ndarray, feed: Feed) -> None:
         self.lookahead_rows = sources.lookahead_rows
-        self._coefficients, self._offset_nt = coefficients, offset_nt
+        self._coefficients = coefficients
         channels = _all_channels(sources)
         self._own = len(sources.channels)
         self._vectors = _vectors(sources, feed)
@@ -38,8 +55,8 @@ class ExactNormStreamer:
         self._window = Window(HISTORY_ROWS, self.lookahead_rows, 3 + len(channels))
         self._states: np.ndarray | None = None
 
-    def push(self, values: np.ndarray) -> float | None:
-        """Return the interference of the row ``lookahead_rows`` before [nT]; see ``RowWise``."""
+    def push(self, values: np.ndarray) -> Estimated | None:
+        """Return what is known of the row ``lookahead_rows`` before; see ``RowWise``."""
         first = len(self._vectors.columns)
         vector = self._vectors.push(values[:first])
         assert vector is not None  # what is read has no look-ahead of its own
@@ -48,15 +65,15 @@ class ExactNormStreamer:
         window = self._window.push(row)
         return None if window is None else self._estimate(window)
 
-    def finish(self) -> list[float]:
-        """Return the interference of the last rows [nT]; see ``RowWise``."""
+    def finish(self) -> list[Estimated]:
+        """Return what is known of the last rows; see ``RowWise``."""
         found = [self._estimate(window) for window in self._window.finish()]
         self._states = None
         for rows in self._channels:
             rows.finish()
         return found
 
-    def _estimate(self, window: np.ndarray) -> float:
+    def _estimate(self, window: np.ndarray) -> Estimated:
         here = window[HISTORY_ROWS, 3:]
         motion = self._filters @ window[:, :3]
         field = motion[:3] @ self._gain + motion[1:] @ self._rate  # background and its two derivatives
@@ -71,8 +88,68 @@ class ExactNormStreamer:
             parts.append(self._states.sum(axis=0) / len(self._widths))
         own = np.concatenate([*parts, here[: self._own]]) @ self._coefficients
         total = field[0] + own
-        lengths = np.sqrt(total @ total) + np.sqrt(field[0] @ field[0])
-        return float(own @ (total + field[0]) / lengths) + self._offset_nt
+        whole, length = np.sqrt(total @ total), np.sqrt(field[0] @ field[0])
+        return Estimated(float(own @ (total + field[0]) / (whole + length)), total / whole)
+
+
+class ExactNormStreamer:
+    """The exact norm row by row; see ``magsim.compensation.streaming.Streamer``.
+
+    Parameters
+    ----------
+    rows : ExactNormRows
+    offset_nt : float [nT]
+    """
+
+    def __init__(self, rows: ExactNormRows, offset_nt: float) -> None:
+        self._rows, self._offset_nt = rows, offset_nt
+        self.columns, self.lookahead_rows = rows.columns, rows.lookahead_rows
+
+    def push(self, values: np.ndarray) -> float | None:
+        """Return the interference of the row ``lookahead_rows`` before [nT]; see ``RowWise``."""
+        found = self._rows.push(values)
+        return None if found is None else found.interference_nt + self._offset_nt
+
+    def finish(self) -> list[float]:
+        """Return the interference of the last rows [nT]; see ``RowWise``."""
+        return [found.interference_nt + self._offset_nt for found in self._rows.finish()]
+
+
+class AdaptiveStreamer:
+    """The exact norm with a permanent field that follows the flight; see ``magsim.compensation.streaming.Streamer``.
+
+    The estimate of a row is made before its own reading is learned from. What is learned from is the compensated
+    reading, in band, against the direction of the field: the background of the fluxgate would bring its own changes.
+
+    Parameters
+    ----------
+    rows : ExactNormRows
+    reading : str
+        Column of the reading.
+    adaptation : Adaptation
+    offset_nt : float [nT]
+    """
+
+    def __init__(self, rows: ExactNormRows, reading: str, adaptation: Adaptation, offset_nt: float) -> None:
+        self._together = Together([rows, ReadingRows(reading)])
+        self._adaptation, self._offset_nt = adaptation, offset_nt
+        self.columns, self.lookahead_rows = self._together.columns, self._together.lookahead_rows
+
+    def push(self, values: np.ndarray) -> float | None:
+        """Return the interference of the row ``lookahead_rows`` before [nT]; see ``RowWise``."""
+        found = self._together.push(values)
+        return None if found is None else self._take(*found)
+
+    def finish(self) -> list[float]:
+        """Return the interference of the last rows [nT]; what was learned stays; see ``RowWise``."""
+        left = [self._take(*found) for found in self._together.finish()]
+        self._adaptation.end_piece()
+        return left
+
+    def _take(self, row: Estimated, reading_nt: float) -> float:
+        change = float(self._adaptation.coefficients @ row.direction)
+        self._adaptation.learn(row.direction, reading_nt - row.interference_nt)
+        return row.interference_nt + change + self._offset_nt
 
 
 def _all_channels(sources: Sources) -> tuple[Channel, ...]:
