@@ -13,8 +13,8 @@ from scipy import fft, signal
 from magsim import signals
 from magsim.errors import DataError
 
-_PAD_S = 60.0
-"""Padding of a piece at both ends, held: what wraps around must not reach the rows that are kept."""
+_PAD_S = 15.0
+"""Padding of a piece at both ends, held: beside the rows that are left out there."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,7 @@ class Reduction:
         self.rate_hz, self.band_hz, self.every = rate_hz, band_hz, every
         self.per_row = rate_hz / every / (2.0 * (band_hz[1] - band_hz[0]))
         self._sos = signal.butter(4, band_hz, "band", fs=rate_hz, output="sos")
+        self._responses: dict[int, np.ndarray] = {}
         self._pieces: list[_Piece] = []
         for number, (time_s, read) in enumerate(zip(times_s, reads, strict=True)):
             for span in _cut(time_s, read):
@@ -86,31 +87,34 @@ class Reduction:
         return sum(int(piece.keep.sum()) for piece in self._pieces)
 
     def __call__(self, tables: Sequence[np.ndarray]) -> np.ndarray:
-        """Reduce one table (n, c) for each recording; returns (rows, c)."""
-        return np.concatenate([self._one(piece, tables[piece.table][piece.rows]) for piece in self._pieces])
+        """Reduce one table (c, n) for each recording, a column in each line; returns (rows, c)."""
+        return np.concatenate([self._one(piece, tables[piece.table][:, piece.rows]) for piece in self._pieces])
 
     def of_table(self) -> np.ndarray:
         """Return the number of the recording of each returned row, (rows,)."""
         return np.concatenate([np.full(int(piece.keep.sum()), piece.table) for piece in self._pieces])
 
     def _one(self, piece: _Piece, values: np.ndarray) -> np.ndarray:
-        count, columns = values.shape
+        columns, count = values.shape
         pad = int(_PAD_S * self.rate_hz) // self.every * self.every
         size = self.every * fft.next_fast_len((count + 2 * pad) // self.every + 1, real=True)
         padded = np.empty((columns, size))
-        padded[:, :pad] = values[0][:, None]
-        padded[:, pad : pad + count] = values.T
-        padded[:, pad + count :] = values[-1][:, None]
+        padded[:, :pad] = values[:, :1]
+        padded[:, pad : pad + count] = values
+        padded[:, pad + count :] = values[:, -1:]
         spectrum = fft.rfft(padded)
-        kept = size // self.every // 2 + 1
-        response = np.abs(self._response(size, kept)) ** 2 / self.every
-        thin = fft.irfft(spectrum[:, :kept] * response, n=size // self.every)
+        response = self._response(size)
+        thin = fft.irfft(spectrum[:, : len(response)] * response, n=size // self.every)
         first = pad // self.every
         return np.ascontiguousarray(thin[:, first : first + len(piece.keep)][:, piece.keep].T)
 
-    def _response(self, size: int, kept: int) -> np.ndarray:
-        hz = np.arange(kept) * (self.rate_hz / size)
-        return signal.sosfreqz(self._sos, worN=hz, fs=self.rate_hz)[1]
+    def _response(self, size: int) -> np.ndarray:
+        """Return what the spectrum of a padded piece is multiplied with."""
+        if size not in self._responses:
+            hz = np.arange(size // self.every // 2 + 1) * (self.rate_hz / size)
+            forward = signal.sosfreqz(self._sos, worN=hz, fs=self.rate_hz)[1]
+            self._responses[size] = np.abs(forward) ** 2 / self.every
+        return self._responses[size]
 
 
 def _cut(time_s: np.ndarray, read: np.ndarray) -> list[slice]:

@@ -38,7 +38,21 @@ class Regressors:
         """Number of columns."""
         return 7 + len(self.channels)
 
-    def __call__(self, recording: Recording, lag_s: float, curvature_s2: float, order: int = 0) -> np.ndarray:
+    def channels_of(self, recording: Recording) -> np.ndarray:
+        """Return the channels of a recording, (n, k)."""
+        out = np.empty((len(recording), len(self.channels)))
+        for column, channel in enumerate(self.channels):
+            out[:, column] = channel(recording)
+        return out
+
+    def __call__(
+        self,
+        recording: Recording,
+        lag_s: float,
+        curvature_s2: float,
+        order: int = 0,
+        channels: np.ndarray | None = None,
+    ) -> np.ndarray:
         """Return the columns or a derivative of them by time, (n, count).
 
         Parameters
@@ -50,14 +64,14 @@ class Regressors:
             What of the second derivative is added: the bandwidth of the fluxgate.
         order : int
             0, 1 or 2.
+        channels : (n, k), optional
+            What ``channels_of`` gives, where it is at hand.
         """
         reading = fluxgate_reading(recording, self.fluxgate)
         rate_hz = recording.rate_hz
         out = np.empty((len(recording), self.count))
         out[:, 0] = 0.0 if order else 1.0
-        channels = np.empty((len(recording), len(self.channels)))
-        for column, channel in enumerate(self.channels):
-            channels[:, column] = channel(recording)
+        channels = self.channels_of(recording) if channels is None else channels
         for span in signals.spans(recording.time_s):
             out[span, 1:4] = self.derivative(reading[span], order, lag_s, rate_hz)
             out[span, 4:7] = self.derivative(reading[span], order + 1, lag_s, rate_hz)
@@ -129,7 +143,14 @@ class CalibratedField:
         """Return the background in body axes, (n, 3) [nT]."""
         return self.derivative(recording, 0)
 
-    def derivative(self, recording: Recording, order: int, later_s: float = 0.0) -> np.ndarray:
+    def motion(self, recording: Recording, later_s: float = 0.0) -> list[np.ndarray]:
+        """Return the background and its first two derivatives, each (n, 3); see ``derivative``."""
+        channels = self.regressors.channels_of(recording)
+        return [self.derivative(recording, order, later_s, channels) for order in range(3)]
+
+    def derivative(
+        self, recording: Recording, order: int, later_s: float = 0.0, channels: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the background or a derivative of it by time, (n, 3) [nT, nT/s, nT/s^2].
 
         Parameters
@@ -139,8 +160,10 @@ class CalibratedField:
             0, 1 or 2.
         later_s : float [s]
             How much later than its row it is wanted.
+        channels : (n, k), optional
+            See ``Regressors``.
         """
-        design = self.regressors(recording, self.lag_s + later_s, self.curvature_s2, order)
+        design = self.regressors(recording, self.lag_s + later_s, self.curvature_s2, order, channels)
         with one_blas_thread():
             return design @ self.matrix
 

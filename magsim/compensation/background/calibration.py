@@ -44,7 +44,7 @@ CHANNEL_NT = 30.0
 
 MOST_LAG_S = 0.6
 
-_STEPS = 5
+_STEPS = 3
 _EVERY = 10
 """One of so many rows is compared in direction: the INS is wrong slowly."""
 
@@ -57,6 +57,8 @@ class _Flight:
     aligned: Aligned
     length_nt: np.ndarray | None
     """Length of the background where the labels tell it."""
+    channels: np.ndarray
+    """Channels of the regressors."""
 
 
 @dataclass
@@ -103,7 +105,7 @@ def calibrate(
         If a value is not finite, rows are too few, or INS, date and fluxgate do not go together.
     """
     flights = [
-        _Flight(recording, model_along(recording), length)
+        _Flight(recording, model_along(recording), length, regressors.channels_of(recording))
         for recording, length in zip(recordings, lengths, strict=True)
     ]
     times = [recording.time_s for recording in recordings]
@@ -128,7 +130,7 @@ class _Calibration:
         self.length_nt = float("nan")
 
     def _raw(self, flight: _Flight, lag_s: float, curvature_s2: float) -> np.ndarray:
-        return self.regressors(flight.recording, lag_s, curvature_s2)
+        return self.regressors(flight.recording, lag_s, curvature_s2, 0, flight.channels)
 
     def design(self, flight: _Flight, lag_s: float, curvature_s2: float) -> np.ndarray:
         """Return the scaled columns of a flight."""
@@ -216,18 +218,19 @@ class _Calibration:
         length = np.linalg.norm(background, axis=1)
         mean = float(length.mean())
         along = background * (mean / length**2)[:, None]
-        table = np.zeros((len(background), rows.shape[2] + 1))
+        table = np.zeros((rows.shape[2] + 1, len(background)))
+        lines = np.ascontiguousarray(design.T)
         for axis in range(3):
-            table[:, axis * columns : (axis + 1) * columns] = design * along[:, axis : axis + 1]
-        table[:, -3] = np.einsum("ni,ni->n", along, rate)
-        table[:, -2] = np.einsum("ni,ni->n", along, bend)
+            np.multiply(lines, along[:, axis], out=table[axis * columns : (axis + 1) * columns])
+        table[-3] = np.einsum("ni,ni->n", along, rate)
+        table[-2] = np.einsum("ni,ni->n", along, bend)
         if flight.length_nt is not None:
             known = np.where(flight.length_nt > 0.0, flight.length_nt, length)  # a dropout is cut out later
         else:
             model = flight.aligned.field_n + found.offsets_n[number]
             known = np.linalg.norm(model, axis=1)
-            table[:, offset] = -model * (mean / known**2)[:, None]
-        table[:, -1] = mean * np.log(known / length)
+            table[offset] = -(model * (mean / known**2)[:, None]).T
+        table[-1] = mean * np.log(known / length)
         return rows.reshape(-1, rows.shape[2]), rest, table
 
     def _derivatives(self, flight: _Flight, found: _Unknowns) -> tuple[np.ndarray, np.ndarray]:

@@ -119,10 +119,15 @@ def _along(driven: Driven, coefficients: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def jacobian_of(driven: Driven, coefficients: np.ndarray) -> np.ndarray:
     """Return the derivative of the interference by ``coefficients.ravel()``, (n, 3 k)."""
+    return _jacobian_lines(driven, coefficients).T
+
+
+def _jacobian_lines(driven: Driven, coefficients: np.ndarray) -> np.ndarray:
+    """Return the same with a coefficient in each line, (3 k, n)."""
     with one_blas_thread():
         total = driven.background + driven.signals @ coefficients
-    unit = total / np.sqrt(np.einsum("ni,ni->n", total, total))[:, None]
-    return (driven.signals[:, :, None] * unit[:, None, :]).reshape(len(unit), -1)
+    unit = total.T / np.sqrt(np.einsum("ni,ni->n", total, total))
+    return (np.ascontiguousarray(driven.signals.T)[:, None, :] * unit).reshape(-1, len(total))
 
 
 class Estimation:
@@ -193,15 +198,11 @@ class Estimation:
         contrasts = _contrasts(len(flights))
         tables = []
         for number, (flight, rate) in enumerate(zip(flights, rates, strict=True)):
-            jacobian = jacobian_of(flight.driven, at)
-            table = np.zeros((len(jacobian), own + days + beside + 2))
-            table[:, :own] = jacobian
+            jacobian = _jacobian_lines(flight.driven, at)
             # the first signal is constant: its columns are the direction of the field
-            table[:, own : own + days] = np.kron(contrasts[number], jacobian[:, :3])
-            table[:, own + days : own + days + beside] = flight.beside
-            table[:, -2] = rate
-            table[:, -1] = flight.target - exact_interference(flight.driven, at)
-            tables.append(table)
+            of_day = np.kron(contrasts[number][:, None], jacobian[:3])
+            rest = flight.target - exact_interference(flight.driven, at)
+            tables.append(np.vstack([jacobian, of_day, flight.beside.T, rate, rest]))
         reduced = self.reduction(tables)
         extra = slice(own + days, own + days + beside)
         kept = np.delete(reduced, extra, axis=1)
@@ -210,7 +211,7 @@ class Estimation:
                 basis = np.linalg.qr(reduced[:, extra])[0]
                 kept -= basis @ (basis.T @ kept)
         if self.pairs is not None:
-            kept = np.vstack([kept, self._crossed(kept, [np.delete(table, extra, axis=1) for table in tables])])
+            kept = np.vstack([kept, self._crossed(kept, [np.delete(table, extra, axis=0).T for table in tables])])
         return kept[:, :-1], kept[:, -1], own
 
     def _crossed(self, band: np.ndarray, tables: Sequence[np.ndarray]) -> np.ndarray:

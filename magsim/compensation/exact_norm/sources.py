@@ -125,7 +125,7 @@ class Sources:
     def _motion(self, recording: Recording) -> Sequence[np.ndarray]:
         """Return the background and its first two derivatives by time."""
         if isinstance(self.background, CalibratedField):
-            return [self.background.derivative(recording, order, self.later_s) for order in range(3)]
+            return self.background.motion(recording, self.later_s)
         field = self.background(recording)
         out = [np.empty_like(field) for _ in range(3)]
         for span in signals.spans(recording.time_s):

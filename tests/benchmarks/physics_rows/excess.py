@@ -1,9 +1,12 @@
-"""What ours leaves beyond the noise floor on each level: one training flight, two, and two without labels."""
+"""What ours leaves beyond the noise floor on each level: one training flight, two, and two without labels.
+
+The variants for whole flights and without look-ahead are stated beside it.
+"""
 
 import statistics
 from collections.abc import Sequence
 
-from tests.benchmarks.physics_rows.scoring import OURS, UNLABELED, Score
+from tests.benchmarks.physics_rows.scoring import NO_LOOKAHEAD, OURS, UNLABELED, WHOLE, Score
 from tests.benchmarks.physics_rows.sets import LEVELS
 from tests.benchmarks.physics_rows.shown import Shown
 from tests.benchmarks.rows import Row, at_most, stated
@@ -22,6 +25,8 @@ def rows(shown: Shown) -> Sequence[Row]:
             _row(f"ours_excess_pt_level_{level}", one[OURS], ONE.get(level)),
             _row(f"ours_excess_pt_two_flights_level_{level}", two[OURS], TWO.get(level)),
             _row(f"ours_excess_pt_unlabeled_two_flights_level_{level}", two[UNLABELED], UNLABELED_TWO.get(level)),
+            _row(f"ours_excess_pt_whole_level_{level}", one[WHOLE], None),
+            _row(f"ours_excess_pt_no_lookahead_level_{level}", one[NO_LOOKAHEAD], None),
         ]
     return out
 

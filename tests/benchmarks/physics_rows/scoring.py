@@ -15,7 +15,8 @@ from magsim.dataset import pieces_to_judge
 from magsim.recording import Recording
 from tests.benchmarks.physics_rows.methods import PeerMethod
 
-OURS, UNLABELED, NO_LOOKAHEAD, PEER = "exact_norm", "exact_norm_measured", "exact_norm_causal", "peer"
+OURS, WHOLE, NO_LOOKAHEAD = "exact_norm", "exact_norm_whole", "exact_norm_causal"
+UNLABELED, PEER = "exact_norm_model", "peer"
 PLAIN, CALIBRATED, AUXILIARY = "tl16", "tl16_calibrated", "tl16_auxiliary"
 
 SIGMAS = 1.959963984540054

@@ -9,10 +9,12 @@ from tests.benchmarks.physics_rows import sets
 from tests.benchmarks.physics_rows.scoring import (
     AUXILIARY,
     CALIBRATED,
+    NO_LOOKAHEAD,
     OURS,
     PEER,
     PLAIN,
     UNLABELED,
+    WHOLE,
     Score,
     fitted,
     score,
@@ -21,7 +23,7 @@ from tests.benchmarks.physics_rows.scoring import (
 Scores = Mapping[str, list[Score]]
 """By method, one of each set."""
 
-ONE_FLIGHT = (PEER, OURS, PLAIN, CALIBRATED, AUXILIARY)
+ONE_FLIGHT = (PEER, WHOLE, OURS, NO_LOOKAHEAD, PLAIN, CALIBRATED, AUXILIARY)
 TWO_FLIGHTS = (OURS, UNLABELED)
 
 

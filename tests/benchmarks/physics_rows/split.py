@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tests.benchmarks.physics_rows.intervals import geometric_mean
-from tests.benchmarks.physics_rows.scoring import AUXILIARY, CALIBRATED, OURS, PEER, PLAIN
+from tests.benchmarks.physics_rows.scoring import AUXILIARY, CALIBRATED, NO_LOOKAHEAD, OURS, PEER, PLAIN, WHOLE
 from tests.benchmarks.physics_rows.sets import LEVELS
 from tests.benchmarks.physics_rows.shown import Shown
 from tests.benchmarks.rows import Row, stated
@@ -14,7 +14,7 @@ def rows(shown: Shown) -> Sequence[Row]:
     out = []
     for level in LEVELS:
         found = shown.one(level)
-        for method in (PLAIN, CALIBRATED, AUXILIARY, PEER, OURS):
+        for method in (PLAIN, CALIBRATED, AUXILIARY, PEER, NO_LOOKAHEAD, OURS, WHOLE):
             mean = geometric_mean([one.ir for one in found[method]])
             out.append(stated(f"ir_{method}_level_{level}", mean.value, f"1, {mean.text}"))
         floor = geometric_mean([one.raw_nt / one.floor_nt for one in found[OURS]])

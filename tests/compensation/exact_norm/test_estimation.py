@@ -79,17 +79,17 @@ def test_the_solution_is_that_of_scipy_for_the_same_problem():
 
     def cost(scaled):
         rest = target - exact_interference(driven, (scaled * size).reshape(-1, 3))
-        reduced = reduction([rest[:, None]])[:, 0] / (found.noise_nt * np.sqrt(reduction.per_row))
+        reduced = reduction([rest[None]])[:, 0] / (found.noise_nt * np.sqrt(reduction.per_row))
         return np.concatenate([reduced, scaled])
 
     solved = least_squares(cost, np.zeros(TRUTH.size), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14)
     other = exact_interference(driven, (solved.x * size).reshape(-1, 3))
-    apart = reduction([(exact_interference(driven, found.coefficients) - other)[:, None]])
+    apart = reduction([(exact_interference(driven, found.coefficients) - other)[None]])
     # what the band does not see is held by the prior alone
     assert np.abs(apart).max() < 2e-6 * np.ptp(other)
     expected = np.linalg.inv(solved.jac.T @ solved.jac) * np.outer(size, size)
     np.testing.assert_allclose(found.errors.ravel(), np.sqrt(np.diag(expected)), rtol=0.02)
-    assert found.noise_nt == pytest.approx(np.std(reduction([noise[:, None]])), rel=0.15)
+    assert found.noise_nt == pytest.approx(np.std(reduction([noise[None]])), rel=0.15)
 
 
 def test_errors_of_the_estimate_are_as_large_as_its_scatter():
@@ -101,8 +101,8 @@ def test_errors_of_the_estimate_are_as_large_as_its_scatter():
     for _ in range(60):
         target = clean + 0.02 * RNG.standard_normal(len(TIME_S))
         found = fitted(Estimation(TABLE, reduction), [FlightRows(driven, target, beside)])
-        error = reduction([(exact_interference(driven, found.coefficients) - clean)[:, None]])
-        jacobian = reduction([jacobian_of(driven, found.coefficients)])
+        error = reduction([(exact_interference(driven, found.coefficients) - clean)[None]])
+        jacobian = reduction([jacobian_of(driven, found.coefficients).T])
         expected = np.sum((jacobian @ found.root) ** 2, axis=1)
         ratios.append(float(np.mean(error**2) / np.mean(expected)))
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.3)
@@ -139,7 +139,7 @@ def test_flights_of_two_days_have_common_coefficients_and_magnets_of_their_own()
     found = fitted(Estimation(TABLE, Reduction([TIME_S, TIME_S], reads, 10.0)), flights)
     # the mean of the two days is found as if there were no days
     error = exact_interference(flights[0].driven, found.coefficients) - clean[0]
-    assert np.std(Reduction([TIME_S], reads[:1], 10.0)([error[:, None]])) < 1e-3
+    assert np.std(Reduction([TIME_S], reads[:1], 10.0)([error[None]])) < 1e-3
     assert DAY_NT > 0.0
     assert LATER_S > 0.0
 
