@@ -82,6 +82,9 @@ def unobservable(angle_deg: float, names: str) -> str:
     )
 
 
+_PLACE = tuple(columns.INS_ATTITUDE.name(angle=angle) for angle in ("lat", "lon"))
+
+
 def check_channels(recordings: Sequence[Recording], patterns: Sequence[str], sensor: str) -> None:
     """Refuse channels that never change over all rows: a dead magnetometer, fluxgate axis or attitude teaches nothing.
 
@@ -104,6 +107,8 @@ def check_channels(recordings: Sequence[Recording], patterns: Sequence[str], sen
         if family.pattern not in patterns or family not in (columns.MAG, columns.FLUX, columns.INS_ATTITUDE):
             continue
         if family is columns.MAG and name != columns.MAG.name(sensor=sensor):
+            continue
+        if name in _PLACE:  # a line due north has one longitude
             continue
         if is_constant(recordings, name):
             dead.append(name)

@@ -10,7 +10,7 @@ from pydantic import Field
 from magsim import columns
 from magsim.compensation import background as backgrounds
 from magsim.compensation.base import Compensator, FitContext
-from magsim.compensation.columns import position_columns
+from magsim.compensation.columns import pick_fluxgate, position_columns
 from magsim.compensation.exact_norm.estimation import (
     Estimated,
     Estimation,
@@ -21,6 +21,7 @@ from magsim.compensation.exact_norm.estimation import (
 )
 from magsim.compensation.exact_norm.sources import Sources
 from magsim.compensation.exact_norm.streaming import ExactNormRows, ExactNormStreamer
+from magsim.compensation.observability import check_channels, check_directions
 from magsim.compensation.reduction import Reduction
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Streamer
@@ -34,6 +35,7 @@ from magsim.threads import one_blas_thread
 Positive = Annotated[float, Field(gt=0)] | None
 
 _STEPS = 4
+_SAME_S = 1e-5
 
 
 class ExactNorm(Compensator):
@@ -124,12 +126,24 @@ class ExactNorm(Compensator):
         self.__dict__.pop("_sources", None)
         target = target_of(self)
         recordings = rows_to_fit(target, training, self.name)
+        self._check(recordings, training.sensor, measured=target.measured)
         directions: tuple[backgrounds.Direction, ...] = ("calibrated", "ins")
         if self.direction != "best":
             directions = (self.direction,)
         found = [self._fit(direction, target, recordings, training.sensor) for direction in directions]
         self._sources, self._found = min(found, key=lambda pair: pair[1].noise_nt)
         self._offset_nt = self._offset(recordings, training.sensor)
+
+    def _check(self, recordings: Sequence[Recording], sensor: str, *, measured: bool) -> None:
+        """Refuse dead channels, and rows in which the field turns too little; see ``Compensator.learn``."""
+        families = [columns.FLUX, columns.INS_ATTITUDE] + [columns.MAG] * measured
+        check_channels(recordings, [family.pattern for family in families], sensor)
+        if self.direction == "ins":
+            fields = [backgrounds.ModelField()(recording) for recording in recordings]
+        else:
+            fluxgate = pick_fluxgate(recordings, self.fluxgate)
+            fields = [backgrounds.FluxgateField(fluxgate)(recording) for recording in recordings]
+        check_directions(fields, [recording.name for recording in recordings])
 
     def _fit(
         self, direction: backgrounds.Direction, target: Target, recordings: Sequence[Recording], sensor: str
@@ -143,14 +157,16 @@ class ExactNorm(Compensator):
         height = position_columns(recordings, 0, vertical=self.vertical and target.measured).designs
         beside = [design.matrix for design in height]
         at, later_s = np.zeros((len(sources.table), 3)), 0.0
+        driven = [sources(recording) for recording in recordings]
         for number in range(_STEPS):
-            driven = [sources(recording) for recording in recordings]
+            if abs(later_s - sources.later_s) > _SAME_S:
+                sources = replace(sources, later_s=later_s)
+                driven = [sources(recording) for recording in recordings]
             flights = [FlightRows(*row) for row in zip(driven, values, beside, strict=True)]
             rates = [_rate(exact_interference(one, at), r) for one, r in zip(driven, recordings, strict=True)]
-            found = estimation.step(flights, rates, at, later_s, size_groups=number > 0)
+            found = estimation.step(flights, rates, at, sources.later_s, size_groups=number > 0)
             at, later_s = found.coefficients, found.later_s
-            sources = replace(sources, later_s=later_s)
-        return sources, found
+        return replace(sources, later_s=later_s), found
 
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return the length of background and sources minus that of the background, (n,) [nT]; no warm-up."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magsim.compensation import create, load
-from magsim.errors import RequestError
+from magsim.errors import DataError, RequestError
 from magsim.signals import in_band
 from tests.support.inertial import CURRENT_NT, PERMANENT_NT, Inertial, flown
 from tests.support.methods import without
@@ -120,6 +120,16 @@ def test_a_missing_fluxgate_or_date_is_named():
         create("exact_norm").fit(replace(train, meta={}))
     with pytest.raises(RequestError, match="ins_"):
         create("exact_norm").fit(without(train, "ins_"))
+
+
+def test_level_flight_and_dead_channels_are_refused():
+    train = train_of(flown())
+    level = train.take(slice(20, 90))
+    with pytest.raises(DataError, match="unobservable; fly pitch"):
+        create("exact_norm").fit(level)
+    dead = replace(train, data={**train.data, "flux_nose_y_nt": np.full(len(train), 12_345.0)})
+    with pytest.raises(DataError, match="flux_nose_y_nt"):
+        create("exact_norm").fit(dead)
 
 
 def test_two_flights_are_fitted_together(test_rows):
