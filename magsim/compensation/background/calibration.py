@@ -30,8 +30,9 @@ OFFSET_NT = 80.0
 """Deviation of each component of what the Earth's field is more than the model: crust and external fields of 100 to
 200 nT (Alken et al., 2021, Earth, Planets and Space 73, 49, section 4; estimate)."""
 
-MOST_OFFSET_NT = 600.0
-"""Beyond this the INS or the date is wrong, not the field."""
+MOST_OFFSET_NT = 1200.0
+"""Beyond this the INS or the date is wrong, not the field: 1.8 deg of heading where it turns 38 000 nT. A fluxgate that
+is another one on another flight may take as much as 900 nT (aircraft of one type)."""
 
 LAG_S, CURVATURE_S2 = 0.2, 0.01
 """Deviations of the lag and of the curvature of a fluxgate (estimate: readings are late by up to two rows)."""
