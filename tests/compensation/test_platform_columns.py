@@ -7,7 +7,10 @@ import pytest
 
 from magsim.compensation import create, load
 from magsim.compensation.background import LOOKAHEAD_ROWS, ModelField
+from magsim.compensation.background.channels import KINDS
 from magsim.compensation.columns import TollesLawsonColumns, tolles_lawson_columns
+from magsim.compensation.columns.auxiliary import GROUPS
+from magsim.compensation.exact_norm.sources import CHANNELS
 from magsim.errors import DataError, RequestError
 from tests.support import scores
 from tests.support.inertial import CURRENT_NT, SURFACE_NT, flown
@@ -81,7 +84,9 @@ def test_dead_channels_of_a_kind_are_left_out_with_a_note_and_named_ones_are_ref
     with pytest.raises(RequestError, match="auxiliary 'cur_dead_a' does not change in the training rows"):
         create("tl16", auxiliary=("cur_dead_a",)).fit(dead)
     message = (
-        r"auxiliary 'cur_pumpe_a' is no channel of recording .*allowed: currents, voltages, surfaces, or .*cur_pump_a"
+        r"auxiliary 'cur_pumpe_a' is no channel of recording .*"
+        r"allowed: currents, voltages, surfaces, accelerations, or "
+        r".*cur_pump_a"
     )
     with pytest.raises(RequestError, match=message):
         create("tl16", auxiliary=("cur_pumpe_a",)).fit(dead)
@@ -137,3 +142,10 @@ def test_the_look_ahead_is_that_of_the_direction():
     assert create("tl3", direction="calibrated").lookahead_rows == LOOKAHEAD_ROWS
     assert create("tl16_ins", derivative="spline").lookahead_rows is None
     assert judged("tl16_calibrated")[0].lookahead_rows == LOOKAHEAD_ROWS + 1
+
+
+def test_every_kind_of_channel_has_its_word_everywhere():
+    assert set(GROUPS) == set(KINDS.values()) == set(CHANNELS)
+    accelerated = with_channel(flown(), "ins_acc_z_mps2", -9.8 + 0.3 * np.sin(flown().time_s))
+    method, _ = judged("tl16_auxiliary", accelerated, auxiliary=("accelerations",))
+    assert {term.unit for term in method.coefficients() if term.group == "acceleration z"} == {"nT/(m/s^2)"}

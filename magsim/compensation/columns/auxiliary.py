@@ -15,7 +15,12 @@ from magsim.compensation.columns.base import Design
 from magsim.compensation.columns.tolles_lawson import TollesLawsonColumns
 from magsim.recording import Recording
 
-GROUPS = {columns.CURRENT: "current", columns.VOLTAGE: "voltage", columns.SURFACE: "surface"}
+GROUPS = {
+    columns.CURRENT: "current",
+    columns.VOLTAGE: "voltage",
+    columns.SURFACE: "surface",
+    columns.INS_ACCELERATION: "acceleration",
+}
 """Families of channels, with the word for each."""
 
 
@@ -67,7 +72,7 @@ class AuxiliaryColumns:
             family = columns.family_of(channel.name)
             (mark,) = (family.match(channel.name) or {}).values()
             names += [f"{channel.name} u{i + 1}" for i in range(3)]
-            units += [f"nT/{family.unit}"] * 3
+            units += [f"nT/({family.unit})" if "/" in family.unit else f"nT/{family.unit}"] * 3
             groups += [f"{GROUPS[family]} {mark}"] * 3
             parts.append((channel(recording) - mean)[:, None] * cosines)
         return Design(tuple(names), tuple(units), np.hstack(parts), tuple(groups))

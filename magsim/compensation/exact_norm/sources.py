@@ -19,7 +19,7 @@ PERMANENT_NT, INDUCED_NT, EDDY_NT, BEND_NT, MEMORY_NT = 1000.0, 500.0, 100.0, 10
 second), their second order, and the hysteresis of steel in the field above. Cabins of survey aircraft have some hundred
 nT of the first two, and a tenth and a hundredth of that of the others (reference tables of the C208B; estimate)."""
 
-_KINDS = {
+CHANNELS = {
     columns.CURRENT: ("current", "nT/A", 10.0),
     columns.VOLTAGE: ("voltage", "nT/V", 10.0),
     columns.SURFACE: ("surface", "nT/deg", 1.0),
@@ -107,7 +107,7 @@ class Sources:
         ]
         for channel in self.channels:
             family = columns.family_of(channel.name)
-            word, unit, size = _KINDS[family]
+            word, unit, size = CHANNELS[family]
             name = f"{word} {next(iter((family.match(channel.name) or {}).values()))}"
             table.append(Signal(name, name, unit, size))
         return tuple(table)

@@ -16,7 +16,7 @@ from magsim.compensation.recursive.streamer import ReadingRows
 from magsim.compensation.streaming import Feed, FluxgateRows, Together
 
 
-class Estimated(NamedTuple):
+class EstimatedRow(NamedTuple):
     """What is known of one row.
 
     Attributes
@@ -55,7 +55,7 @@ class ExactNormRows:
         self._window = Window(HISTORY_ROWS, self.lookahead_rows, 3 + len(channels))
         self._states: np.ndarray | None = None
 
-    def push(self, values: np.ndarray) -> Estimated | None:
+    def push(self, values: np.ndarray) -> EstimatedRow | None:
         """Return what is known of the row ``lookahead_rows`` before; see ``RowWise``."""
         first = len(self._vectors.columns)
         vector = self._vectors.push(values[:first])
@@ -65,7 +65,7 @@ class ExactNormRows:
         window = self._window.push(row)
         return None if window is None else self._estimate(window)
 
-    def finish(self) -> list[Estimated]:
+    def finish(self) -> list[EstimatedRow]:
         """Return what is known of the last rows; see ``RowWise``."""
         found = [self._estimate(window) for window in self._window.finish()]
         self._states = None
@@ -73,7 +73,7 @@ class ExactNormRows:
             rows.finish()
         return found
 
-    def _estimate(self, window: np.ndarray) -> Estimated:
+    def _estimate(self, window: np.ndarray) -> EstimatedRow:
         here = window[HISTORY_ROWS, 3:]
         motion = self._filters @ window[:, :3]
         field = motion[:3] @ self._gain + motion[1:] @ self._rate  # background and its two derivatives
@@ -89,7 +89,7 @@ class ExactNormRows:
         own = np.concatenate([*parts, here[: self._own]]) @ self._coefficients
         total = field[0] + own
         whole, length = np.sqrt(total @ total), np.sqrt(field[0] @ field[0])
-        return Estimated(float(own @ (total + field[0]) / (whole + length)), total / whole)
+        return EstimatedRow(float(own @ (total + field[0]) / (whole + length)), total / whole)
 
 
 class ExactNormStreamer:
@@ -146,7 +146,7 @@ class AdaptiveStreamer:
         self._adaptation.end_piece()
         return left
 
-    def _take(self, row: Estimated, reading_nt: float) -> float:
+    def _take(self, row: EstimatedRow, reading_nt: float) -> float:
         change = float(self._adaptation.coefficients @ row.direction)
         self._adaptation.learn(row.direction, reading_nt - row.interference_nt)
         return row.interference_nt + change + self._offset_nt
