@@ -1,6 +1,6 @@
 """What a method of physical terms tells beside its estimate: coefficients, shares by source, errors."""
 
-from abc import ABC
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import final
 
@@ -81,10 +81,10 @@ class Explained(ABC):
         self._require(recording)
         return self._uncertainty(recording.blind(self.requires))
 
+    @abstractmethod
     def check_fitted(self) -> None:
         """Refuse a method that is not fitted."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _require(self, recording: Recording) -> None:
         """Refuse a recording that has no column of a required family."""
-        raise NotImplementedError
