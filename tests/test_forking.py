@@ -18,8 +18,10 @@ def look(pipe: Connection) -> None:
     pipe.send(([name for name in HEAVY if name in sys.modules], threads, signal.getsignal(signal.SIGINT)))
 
 
-@pytest.mark.skipif("forkserver" not in multiprocessing.get_all_start_methods(), reason="processes cannot be forked")
 def test_a_forked_process_is_ready() -> None:
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        assert forking.begin().get_start_method() == "spawn"
+        return
     handler = signal.getsignal(signal.SIGINT)
     mine, theirs = multiprocessing.Pipe()
     process = forking.begin().Process(target=look, args=(theirs,))

@@ -15,6 +15,7 @@ from magsim.compensation.exact_norm.streaming import AdaptiveStreamer, ExactNorm
 from magsim.compensation.recursive.adaptation import Adaptation, CausalBand, Known
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed
+from magsim.compensation.targets import reading_rows
 from magsim.dataset import Training
 from magsim.errors import DataError
 from magsim.recording import Recording
@@ -22,6 +23,7 @@ from magsim.recording import Recording
 Seconds = Annotated[float, Field(gt=0.0, le=1e7)]
 
 _DIGITS = 6
+"""Of the rate, so that the times of a recording and the rate of a stream give the same filter."""
 
 
 class ExactNormAdaptive(ExactNorm):
@@ -38,8 +40,8 @@ class ExactNormAdaptive(ExactNorm):
     anchor_s : float [s]
         Seconds of flight that the training counts as, for ever. 60 s follow another day much faster, and take some
         percent more of steep anomalies.
-    **settings
-        Of ``ExactNorm``.
+
+    The settings of ``ExactNorm`` have their defaults.
     """
 
     name = "exact_norm_adaptive"
@@ -60,7 +62,7 @@ class ExactNormAdaptive(ExactNorm):
         super().learn(training, context)
         self._reading = columns.MAG.name(sensor=training.sensor)
         parts: list[np.ndarray] = []
-        for recording in training.recordings:
+        for recording in reading_rows(training.recordings, training.sensor):
             band = CausalBand(round(recording.rate_hz, _DIGITS))
             table = self._misfits(recording)
             pieces = [table[span] for span in signals.spans(recording.time_s)]

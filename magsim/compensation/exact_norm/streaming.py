@@ -11,9 +11,8 @@ from magsim.compensation.background.rows import VectorRows, Window
 from magsim.compensation.background.taps import HISTORY_ROWS
 from magsim.compensation.exact_norm.memory import WIDTHS_NT
 from magsim.compensation.exact_norm.sources import Sources
-from magsim.compensation.recursive.adaptation import Adaptation
-from magsim.compensation.recursive.streamer import ReadingRows
-from magsim.compensation.streaming import Feed, FluxgateRows, Together
+from magsim.compensation.recursive.streamer import LearningStreamer
+from magsim.compensation.streaming import Feed, FluxgateRows
 
 
 class EstimatedRow(NamedTuple):
@@ -115,36 +114,12 @@ class ExactNormStreamer:
         return [found.interference_nt + self._offset_nt for found in self._rows.finish()]
 
 
-class AdaptiveStreamer:
-    """The exact norm with a permanent field that follows the flight; see ``magsim.compensation.streaming.Streamer``.
+class AdaptiveStreamer(LearningStreamer[EstimatedRow]):
+    """The exact norm with a permanent field that follows the flight.
 
-    The estimate of a row is made before its own reading is learned from. What is learned from is the compensated
-    reading, in band, against the direction of the field: the background of the fluxgate would bring its own changes.
-
-    Parameters
-    ----------
-    rows : ExactNormRows
-    reading : str
-        Column of the reading.
-    adaptation : Adaptation
-    offset_nt : float [nT]
+    What is learned from is the compensated reading, in band, against the direction of the field: the background of the
+    fluxgate would bring its own changes.
     """
-
-    def __init__(self, rows: ExactNormRows, reading: str, adaptation: Adaptation, offset_nt: float) -> None:
-        self._together = Together([rows, ReadingRows(reading)])
-        self._adaptation, self._offset_nt = adaptation, offset_nt
-        self.columns, self.lookahead_rows = self._together.columns, self._together.lookahead_rows
-
-    def push(self, values: np.ndarray) -> float | None:
-        """Return the interference of the row ``lookahead_rows`` before [nT]; see ``RowWise``."""
-        found = self._together.push(values)
-        return None if found is None else self._take(*found)
-
-    def finish(self) -> list[float]:
-        """Return the interference of the last rows [nT]; what was learned stays; see ``RowWise``."""
-        left = [self._take(*found) for found in self._together.finish()]
-        self._adaptation.end_piece()
-        return left
 
     def _take(self, row: EstimatedRow, reading_nt: float) -> float:
         change = float(self._adaptation.coefficients @ row.direction)

@@ -1,9 +1,15 @@
 """The recursive method row by row: estimate first, then learn from the reading of the same row."""
 
+from abc import ABC, abstractmethod
+from typing import Generic, TypeVar
+
 import numpy as np
 
 from magsim.compensation.recursive.adaptation import Adaptation
 from magsim.compensation.streaming import ColumnRows, Together
+from magsim.compensation.streaming.protocol import RowWise
+
+T = TypeVar("T")
 
 
 class ReadingRows:
@@ -23,30 +29,24 @@ class ReadingRows:
         return []
 
 
-class RecursiveStreamer:
-    """Columns times coefficients that follow the flight; see ``magsim.compensation.streaming.Streamer``.
+class LearningStreamer(ABC, Generic[T]):
+    """What is made of a row and its reading, which is learned from; see ``magsim.compensation.streaming.Streamer``.
 
     The estimate of a row is made before its own reading is learned from.
 
     Parameters
     ----------
-    rows : RowWise of (c,)
+    rows : RowWise
     reading : str
         Column of the reading.
     adaptation : Adaptation
     offset_nt : float [nT]
-
-    Attributes
-    ----------
-    coefficients : (c,)
-        That the last estimate was made with.
     """
 
-    def __init__(self, rows: ColumnRows, reading: str, adaptation: Adaptation, offset_nt: float) -> None:
+    def __init__(self, rows: RowWise[T], reading: str, adaptation: Adaptation, offset_nt: float) -> None:
         self._together = Together([rows, ReadingRows(reading)])
         self._adaptation = adaptation
         self._offset_nt = offset_nt
-        self.coefficients = adaptation.coefficients
         self.columns = self._together.columns
         self.lookahead_rows = self._together.lookahead_rows
 
@@ -60,6 +60,24 @@ class RecursiveStreamer:
         left = [self._take(*found) for found in self._together.finish()]
         self._adaptation.end_piece()
         return left
+
+    @abstractmethod
+    def _take(self, row: T, reading_nt: float) -> float:
+        """Return the interference of a row [nT], then learn from its reading."""
+
+
+class RecursiveStreamer(LearningStreamer[np.ndarray]):
+    """Columns, (c,), times coefficients that follow the flight.
+
+    Attributes
+    ----------
+    coefficients : (c,)
+        That the last estimate was made with.
+    """
+
+    def __init__(self, rows: ColumnRows, reading: str, adaptation: Adaptation, offset_nt: float) -> None:
+        super().__init__(rows, reading, adaptation, offset_nt)
+        self.coefficients = adaptation.coefficients
 
     def _take(self, row: np.ndarray, reading_nt: float) -> float:
         self.coefficients = self._adaptation.coefficients
