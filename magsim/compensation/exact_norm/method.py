@@ -35,7 +35,7 @@ from magsim.threads import one_blas_thread
 Positive = Annotated[float, Field(gt=0)] | None
 
 _STEPS = 4
-"""Gauss-Newton steps: more of them change the estimate by at most 0.25 pT in band (levels 0 to 6), three by 18 pT."""
+"""Gauss-Newton steps: more change the estimate by at most 0.25 pT in band (levels 0, 2, 4, 6), three by 18 pT."""
 
 _SAME_S = 1e-5
 """A lag that changed by less is the same one: 0.4 pT, which the step itself still takes up."""
