@@ -12,7 +12,7 @@ import click
 @click.option(
     "-o", "--output", metavar="FOLDER", type=click.Path(path_type=Path), help="The run; default ./runs/<method>"
 )
-@click.option("--preset", metavar="NAME", help="Set of parameters of the method: demo, cpu or paper for networks.")
+@click.option("--preset", metavar="NAME", help="Set of parameters of the method: default, quick or paper for networks.")
 @click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random choices; default 0.")
 @click.option("--resume", is_flag=True, help="Continue a run that was broken off.")

@@ -73,6 +73,7 @@ _REGISTRY: dict[str, Entry] = {
     "exact_norm_adaptive": Entry("magsim.compensation.exact_norm.adaptive:ExactNormAdaptive"),
     "magtcn": Entry("magsim.compensation.networks:MagTCNCompensator"),
     "bp": Entry("magsim.compensation.networks:BPCompensator"),
+    "bpnn": Entry("magsim.compensation.networks:BPNNCompensator"),
 }
 
 C = TypeVar("C", bound=type[Compensator])

@@ -123,7 +123,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true", help="print a JSON list and nothing else on stdout")
     parser.add_argument("--seeds", type=int, default=3, help="networks to train; their median counts")
-    parser.add_argument("--preset", default="demo", help="preset of MagTCN")
+    parser.add_argument("--preset", default="quick", help="preset of MagTCN")
     parser.add_argument("--without-networks", action="store_true")
     arguments = parser.parse_args()
     rows = simulated_rows(0 if arguments.without_networks else arguments.seeds, arguments.preset)

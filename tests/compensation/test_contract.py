@@ -49,7 +49,7 @@ METHODS = {
     "magtcn": {**QUICK, "width": 2, "kernel": 11},
     "magtcn last": {**QUICK, "width": 2, "kernel": 11, "window": 50, "head": "last"},
     "bp": QUICK,
-    "bp window": {**QUICK, "per": "window", "window": 50, "hidden": (4,)},
+    "bpnn": {**QUICK, "window": 50, "hidden": (4,)},
 }
 REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary"}
 READ_THE_READING = {"tl16_recursive", "vector_tl", "exact_norm_adaptive"}
@@ -59,7 +59,7 @@ WORLD = World(eddy_tau_s=0.01)
 def learn(method, recording):
     """Fit, and shift the weights of a network, since one that is trained so little may still return nothing."""
     method.fit(recording)
-    if method.name in ("magtcn", "bp"):
+    if method.name in ("magtcn", "bp", "bpnn"):
         generator = torch.Generator().manual_seed(0)
         with torch.no_grad():
             for parameter in method._fitted.module.parameters():

@@ -110,7 +110,7 @@ def test_make_has_the_settings_of_the_line():
     assert (made.name, made.order, made.vertical, made.terms) == ("tl16_gradient", 2, False, 16)
     assert not made.is_fitted
     network = make("bp:preset=demo:hidden=[3, 2]")
-    assert network.get_params() == create("bp", preset="demo", hidden=(3, 2)).get_params()
+    assert network.get_params() == create("bp", preset="quick", hidden=(3, 2)).get_params()
     with pytest.raises(RequestError, match="unknown method 'tl61'"):
         make("tl61:order=1")
     with pytest.raises(RequestError, match="method tl16: order: 9 is not allowed"):

@@ -80,7 +80,7 @@ def test_another_value_column_seed_or_setting_gives_another_fingerprint(training
     ]
     others.append(fingerprint(create("bp", **QUICK), training, preset=None, seed=4))
     others.append(fingerprint(create("bp", **QUICK | {"steps": 5}), training, preset=None, seed=3))
-    others.append(fingerprint(create("bp", **QUICK), training, preset="demo", seed=3))
+    others.append(fingerprint(create("bp", **QUICK), training, preset="quick", seed=3))
     for other in others:
         assert other != made_of
     assert fingerprint(create("bp", **QUICK), training, preset=None, seed=3) == made_of

@@ -25,8 +25,8 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(base)
         for method, steps in STEPS.items():
-            preset = method.presets["demo"] | {"steps": steps}
-            patch.setattr(method, "presets", method.presets | {"demo": preset})
+            preset = method.presets["quick"] | {"steps": steps}
+            patch.setattr(method, "presets", method.presets | {"quick": preset})
         patch.setattr(demo, "simulate", lambda *args, **more: FLOWN.setdefault("first", simulate(*args, **more)))
         assert main(["demo", "--quiet"]) == 0
     return base / "demo"

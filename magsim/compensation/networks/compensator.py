@@ -13,7 +13,7 @@ from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.columns import Joined
 from magsim.compensation.networks.residual import Fitted, check_rate, fit_residual
 from magsim.compensation.networks.scaling import Standardizer
-from magsim.compensation.networks.settings import ResidualSettings
+from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage, network_columns
 from magsim.compensation.networks.streaming import network_streamer
 from magsim.compensation.saving import State
@@ -26,19 +26,23 @@ STAGE = "stage."
 """Prefix of the first stage's arrays in the file."""
 
 
-class ResidualNetwork(Compensator):
+class NetworkCompensator(Compensator):
     """A network on what a closed-form first stage leaves; see ``magsim.compensation.networks.residual``.
 
     Subclasses name their settings, a frozen dataclass whose fields are the parameters, and make the network.
 
     Attributes
     ----------
-    settings : ResidualSettings
+    settings : NetworkSettings
+    is_windowed : bool
+        Whether an output depends on other rows of its window.
     outcomes_ : dict of str to Outcome
         Result of each training run: ``select`` and ``refit``.
     """
 
-    settings_type: ClassVar[type[ResidualSettings]] = ResidualSettings
+    is_windowed: bool = True
+
+    settings_type: ClassVar[type[NetworkSettings]] = NetworkSettings
 
     def __init__(self, **parameters: Any) -> None:
         self.settings = self.settings_type(**parameters)
@@ -54,11 +58,6 @@ class ResidualNetwork(Compensator):
 
     def _columns(self, fluxgate: str, strength_nt: float | None) -> Joined:
         return network_columns(self.settings, fluxgate, strength_nt)
-
-    @property
-    def is_windowed(self) -> bool:
-        """Whether an output depends on other rows of its window."""
-        return True
 
     @property
     def lookahead_rows(self) -> int | None:  # type: ignore[override]

@@ -25,7 +25,7 @@ from magsim.compensation.networks import holdout
 from magsim.compensation.networks.holdout import Watched
 from magsim.compensation.networks.losses import Loss, ResidualLoss, TutoredLoss, band_matrix
 from magsim.compensation.networks.scaling import Standardizer
-from magsim.compensation.networks.settings import ResidualSettings
+from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage, network_columns
 from magsim.compensation.networks.windows import apply_network
 from magsim.compensation.targets import interference, reading_rows
@@ -61,7 +61,7 @@ class Fitted:
 
     Attributes
     ----------
-    settings : ResidualSettings
+    settings : NetworkSettings
     stage : Compensator
     columns : Joined
         Inputs of the network.
@@ -76,7 +76,7 @@ class Fitted:
         Rate of the training rows: windows count rows, so a network knows one rate only.
     """
 
-    settings: ResidualSettings
+    settings: NetworkSettings
     stage: Compensator
     columns: Joined
     fluxgate: str
@@ -99,7 +99,7 @@ class Fitted:
 
 
 def fit_residual(
-    settings: ResidualSettings,
+    settings: NetworkSettings,
     module_factory: ModuleFactory,
     training: Training,
     context: FitContext,
@@ -110,7 +110,7 @@ def fit_residual(
 
     Parameters
     ----------
-    settings : ResidualSettings
+    settings : NetworkSettings
     module_factory : callable
     training : Training
         With ``hold_out="legs"`` and no validation rows the second run alone is made.
@@ -182,7 +182,7 @@ def enough_steps(outcome: Outcome) -> int:
 class _Run:
     """One training run: settings and surroundings; called with the rows."""
 
-    settings: ResidualSettings
+    settings: NetworkSettings
     module_factory: ModuleFactory
     sensor: str
     context: FitContext

@@ -15,12 +15,12 @@ Inputs = Annotated[tuple[Literal["tl16", "tl18", "attitude"], ...], Field(min_le
 
 
 @dataclass(frozen=True, kw_only=True)
-class ResidualSettings:
+class NetworkSettings:
     """What all networks on a first stage have in common.
 
     Attributes
     ----------
-    features : tuple of str
+    inputs : tuple of str
         Column sets that the network reads.
     first_stage : str
         Closed-form stage: ``none`` or a Tolles-Lawson method.
@@ -51,7 +51,7 @@ class ResidualSettings:
         Make the second run.
     """
 
-    features: Inputs = ("tl16", "attitude")
+    inputs: Inputs = ("tl16", "attitude")
     first_stage: FirstStage = "tl16"
     stage_band: Literal["in", "broad"] = "in"
     fluxgate: str | None = None

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 from magsim.compensation.base import Compensator
 from magsim.compensation.columns import AttitudeColumns, ColumnSet, Joined, TollesLawsonColumns
-from magsim.compensation.networks.settings import ResidualSettings
+from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.tolles_lawson import Nothing, TollesLawson
 
 COLUMN_SETS: Mapping[str, Callable[[str, float | None], ColumnSet]] = {
@@ -15,12 +15,12 @@ COLUMN_SETS: Mapping[str, Callable[[str, float | None], ColumnSet]] = {
 """Column sets that a network may read, by name: made for a fluxgate and a field strength."""
 
 
-def network_columns(settings: ResidualSettings, fluxgate: str, strength_nt: float | None) -> Joined:
+def network_columns(settings: NetworkSettings, fluxgate: str, strength_nt: float | None) -> Joined:
     """Return the input columns of a network."""
-    return Joined(tuple(COLUMN_SETS[name](fluxgate, strength_nt) for name in settings.features))
+    return Joined(tuple(COLUMN_SETS[name](fluxgate, strength_nt) for name in settings.inputs))
 
 
-def first_stage(settings: ResidualSettings, fluxgate: str | None) -> Compensator:
+def first_stage(settings: NetworkSettings, fluxgate: str | None) -> Compensator:
     """Return the unfitted closed-form stage."""
     if settings.first_stage == "none":
         return Nothing()

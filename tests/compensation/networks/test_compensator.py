@@ -18,9 +18,9 @@ QUICK = {"steps": 2, "every": 1, "batch": 2, "hold_out": "blocks"}
     ("settings", "requires"),
     [
         ({}, (FLUX,)),
-        ({"features": ("attitude",)}, (ATTITUDE, FLUX)),
-        ({"features": ("attitude",), "first_stage": "none"}, (ATTITUDE,)),
-        ({"features": ("tl16", "attitude")}, (FLUX, ATTITUDE)),
+        ({"inputs": ("attitude",)}, (ATTITUDE, FLUX)),
+        ({"inputs": ("attitude",), "first_stage": "none"}, (ATTITUDE,)),
+        ({"inputs": ("tl16", "attitude")}, (FLUX, ATTITUDE)),
     ],
 )
 def test_inputs_and_first_stage_decide_what_is_required(settings, requires):
@@ -29,7 +29,7 @@ def test_inputs_and_first_stage_decide_what_is_required(settings, requires):
 
 def test_the_warmup_is_one_window_where_only_its_last_sample_is_returned():
     recording = calibration(World(circuits=1, rate_hz=5.0))
-    method = create("bp", per="window", window=50, hidden=(3,), **QUICK)
+    method = create("bpnn", window=50, hidden=(3,), **QUICK)
     assert method.warmup_s == pytest.approx(4.9)
     # the rate is known from the fit on
     assert method.fit(recording).warmup_s == pytest.approx(9.8)
@@ -43,7 +43,7 @@ def test_only_windows_that_end_at_the_output_are_causal():
     assert create("magtcn", head="last").causal
     assert not create("magtcn").causal
     assert create("bp").causal
-    assert create("bp", per="window").causal
+    assert create("bpnn").causal
 
 
 @pytest.mark.parametrize(

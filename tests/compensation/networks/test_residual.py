@@ -31,7 +31,7 @@ def ratios(name, seed, world=PAPER, **params):
     test = recording.where(split="test")
     truth = test["interference_cabin_nt"]
     out = []
-    for method in (create("tl16"), create(name, preset="demo", **params)):
+    for method in (create("tl16"), create(name, preset="quick", **params)):
         method.fit(recording, context=FitContext(seed))
         out.append(scores.improvement_ratio(truth, truth - method.interference(test), 10.0))
     return out

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 from magsim.compensation.columns import AttitudeColumns, TollesLawsonColumns
-from magsim.compensation.networks.settings import ResidualSettings
+from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage, network_columns
 from tests.support.worlds import World, calibration
 
 
 def test_inputs_are_the_named_column_sets_side_by_side():
     recording = calibration(World(circuits=1))
-    settings = ResidualSettings(features=("attitude", "tl18"))
+    settings = NetworkSettings(inputs=("attitude", "tl18"))
     design = network_columns(settings, "cabin", 45_000.0)(recording)
     expected = [AttitudeColumns()(recording), TollesLawsonColumns(18, "cabin", strength_nt=45_000.0)(recording)]
     np.testing.assert_array_equal(design.matrix, np.hstack([part.matrix for part in expected]))
     assert network_columns(settings, "cabin", None).reads == ("ins_{angle}_deg", "flux_{sensor}_{axis}_nt")
-    assert network_columns(ResidualSettings(features=("tl16",)), "cabin", None)(recording).matrix.shape[1] == 16
+    assert network_columns(NetworkSettings(inputs=("tl16",)), "cabin", None)(recording).matrix.shape[1] == 16
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_inputs_are_the_named_column_sets_side_by_side():
     ],
 )
 def test_first_stages_are_tolles_lawson_methods(name, terms, target, band):
-    stage = first_stage(ResidualSettings(first_stage=name, stage_band="broad", scale="sample"), "tail")
+    stage = first_stage(NetworkSettings(first_stage=name, stage_band="broad", scale="sample"), "tail")
     found = stage.get_params()
     expected = {"terms": terms, "target": target, "band": band, "fluxgate": "tail", "scale": "sample"}
     assert {key: found[key] for key in expected} == expected
@@ -37,5 +37,5 @@ def test_first_stages_are_tolles_lawson_methods(name, terms, target, band):
 
 def test_the_stage_none_estimates_zero():
     recording = calibration(World(circuits=1))
-    stage = first_stage(ResidualSettings(first_stage="none"), None).fit(recording)
+    stage = first_stage(NetworkSettings(first_stage="none"), None).fit(recording)
     assert not stage.interference(recording).any()

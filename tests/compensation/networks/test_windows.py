@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from magsim.compensation.networks import SampleMLP, WindowMLP
+from magsim.compensation.networks.modules.perceptrons import SampleMLP, WindowMLP
 from magsim.compensation.networks.windows import BATCH, apply_network
 
 TIME_S = np.concatenate([np.arange(40), np.arange(60, 67), np.arange(100, 100 + BATCH + 30)]) / 10.0

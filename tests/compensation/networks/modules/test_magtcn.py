@@ -4,8 +4,7 @@ import pytest
 import torch
 from torch.utils.flop_counter import FlopCounterMode
 
-from magsim.compensation.networks import MagTCN
-from magsim.compensation.networks.magtcn import DepthwiseFFT, GroupedMLP, RevIN
+from magsim.compensation.networks.modules.magtcn import DepthwiseFFT, GroupedMLP, MagTCN, RevIN
 
 
 def multiply_accumulates(

@@ -4,7 +4,8 @@ import pytest
 import torch
 
 from magsim.compensation import create
-from magsim.compensation.networks import MagTCN, SampleMLP, WindowMLP
+from magsim.compensation.networks.modules.magtcn import MagTCN
+from magsim.compensation.networks.modules.perceptrons import SampleMLP, WindowMLP
 
 
 @pytest.fixture(autouse=True)
@@ -20,7 +21,7 @@ def weights(module):
 def test_presets_of_the_papers_have_the_papers_sizes():
     """19 inputs: 16 Tolles-Lawson columns and an attitude of three angles; see the tests of the modules."""
     assert weights(create("magtcn", preset="paper").make_module(19)) == 2_246_025
-    assert weights(create("bp", preset="paper").make_module(19)) == 681_185
+    assert weights(create("bpnn", preset="paper").make_module(19)) == 681_185
 
 
 def test_parameters_reach_the_module():
@@ -34,7 +35,7 @@ def test_parameters_reach_the_module():
 @pytest.mark.parametrize(("activation", "kind"), [("relu", "ReLU"), ("tanh", "Tanh"), ("gelu", "GELU")])
 def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
     sample = create("bp", hidden=(5, 4), activation=activation).make_module(6)
-    window = create("bp", per="window", window=10, hidden=(5, 4), activation=activation).make_module(6)
+    window = create("bpnn", window=10, hidden=(5, 4), activation=activation).make_module(6)
     assert isinstance(sample, SampleMLP)
     assert isinstance(window, WindowMLP)
     names = ["Linear", kind, "Linear", kind, "Linear"]
@@ -50,7 +51,7 @@ def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
         ("magtcn", {"head": "flat"}, False),
         ("magtcn", {"head": "last"}, True),
         ("bp", {}, False),
-        ("bp", {"per": "window"}, True),
+        ("bpnn", {}, True),
     ],
 )
 def test_which_networks_return_the_last_sample_alone(name, head, last):

@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from magsim.compensation.networks import SampleMLP, WindowMLP
+from magsim.compensation.networks.modules.perceptrons import SampleMLP, WindowMLP
 
 
 def count(module):

@@ -1,0 +1,1 @@
+"""The networks as methods: settings, compensator and presets, a file for each family."""

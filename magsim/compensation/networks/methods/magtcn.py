@@ -1,0 +1,94 @@
+"""MagTCN of paper 000, with its presets."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import AfterValidator, Field
+from torch import nn
+
+from magsim.compensation.networks.compensator import NetworkCompensator
+from magsim.compensation.networks.modules.magtcn import MagTCN
+from magsim.compensation.networks.settings import Count, NetworkSettings
+
+
+def _odd(value: int) -> int:
+    if value % 2 == 0:
+        msg = f"{value} is even; a kernel has an odd number of samples"
+        raise ValueError(msg)
+    return value
+
+
+Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MagTCNSettings(NetworkSettings):
+    """Parameters of ``magtcn``.
+
+    Attributes
+    ----------
+    width, expansion, kernel, head, revin, blocks
+        See ``magsim.compensation.networks.MagTCN``. Window statistics (``revin``) hurt on a residual.
+    inputs, first_stage, ... , threads
+        See ``NetworkSettings``.
+    """
+
+    # The held-out error rises first and falls below its start only after some hundred steps.
+    patience: Count = 40
+    width: Count = 8
+    expansion: Count = 2
+    kernel: Kernel = 51
+    head: Literal["flat", "per-time", "last"] = "per-time"
+    revin: bool = False
+    blocks: Count = 1
+
+    @property
+    def last(self) -> bool:
+        """Whether the head returns the last sample of a window only."""
+        return self.head == "last"
+
+
+class MagTCNCompensator(NetworkCompensator):
+    """MagTCN of Wang and Zuo (paper 000) on what a Tolles-Lawson stage leaves; parameters: ``MagTCNSettings``."""
+
+    name = "magtcn"
+    settings_type = MagTCNSettings
+    settings: MagTCNSettings
+    presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
+        "default": {},
+        # Seconds on one core.
+        "quick": {"width": 4, "steps": 1000, "batch": 8, "every": 50, "learning_rate": 1e-2, "patience": 20},
+        # The paper's sizes and recipe, 200 epochs of windows at every offset: days on a CPU.
+        "paper": {
+            "width": 48,
+            "head": "flat",
+            "revin": True,
+            "first_stage": "none",
+            "band_weight": 0.0,
+            "tutor": 0.05,
+            "surgery": True,
+            "steps": 3500,
+            "batch": 256,
+            "learning_rate": 1e-3,
+            "decay": False,
+            "every": 100,
+            "hold_out": "legs",
+            "patience": 1000,
+            "refit": False,
+        },
+    }
+
+    def make_module(self, channels: int) -> nn.Module:
+        """Return a MagTCN of these sizes."""
+        settings = self.settings
+        return MagTCN(
+            channels,
+            width=settings.width,
+            expansion=settings.expansion,
+            kernel=settings.kernel,
+            window=settings.window,
+            head=settings.head,
+            revin=settings.revin,
+            blocks=settings.blocks,
+        )

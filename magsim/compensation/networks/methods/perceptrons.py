@@ -1,0 +1,108 @@
+"""Plain back-propagation networks: BP of papers 001 and 003, and BPNN of paper 000, each with its presets."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+from torch import nn
+
+from magsim.compensation.networks.compensator import NetworkCompensator
+from magsim.compensation.networks.modules.perceptrons import SampleMLP, WindowMLP
+from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings, Rate
+
+Hidden = Annotated[tuple[Count, ...], Field(min_length=1)]
+Activation = Literal["relu", "tanh", "gelu"]
+
+PRINTED: Mapping[str, object] = {
+    "first_stage": "none",
+    "band_weight": 0.0,
+    "learning_rate": 1e-3,
+    "decay": False,
+    "every": 100,
+    "hold_out": "legs",
+    "patience": 1000,
+    "refit": False,
+}
+"""What the papers have in common: the interference itself is learned, with Adam at a constant rate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BPSettings(NetworkSettings):
+    """Parameters of ``bp``.
+
+    Attributes
+    ----------
+    hidden : tuple of int
+        Sizes of the hidden layers.
+    activation : {"relu", "tanh", "gelu"}
+    inputs, first_stage, ... , threads
+        See ``NetworkSettings``.
+    """
+
+    hidden: Hidden = (32, 32)
+    activation: Activation = "tanh"
+    inputs: Inputs = ("tl16",)
+    steps: Count = 4000
+    learning_rate: Rate = 1e-2
+    patience: Count = 40
+
+
+class BPCompensator(NetworkCompensator):
+    """Plain perceptron on single samples (papers 001 and 003); parameters: ``BPSettings``."""
+
+    name = "bp"
+    is_windowed = False
+    settings_type = BPSettings
+    settings: BPSettings
+    presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
+        "default": {},
+        "quick": {"steps": 2000, "batch": 8, "every": 50},
+        # Paper 001: 18 columns. Sizes are not printed.
+        "paper": {**PRINTED, "hidden": (64, 64), "activation": "relu", "inputs": ("tl18",), "steps": 4000, "batch": 8},
+    }
+
+    def make_module(self, channels: int) -> nn.Module:
+        """Return a perceptron of these sizes."""
+        return SampleMLP(channels, self.settings.hidden, self.settings.activation)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BPNNSettings(NetworkSettings):
+    """Parameters of ``bpnn``.
+
+    Attributes
+    ----------
+    hidden, activation
+        See ``BPSettings``.
+    inputs, first_stage, ... , threads
+        See ``NetworkSettings``.
+    """
+
+    hidden: Hidden = (16,)
+    activation: Activation = "tanh"
+    window: Count = 40
+    patience: Count = 40
+
+    @property
+    def last(self) -> bool:
+        """A window gives its last sample only."""
+        return True
+
+
+class BPNNCompensator(NetworkCompensator):
+    """Perceptron on a flattened window (paper 000's BPNN, a reconstruction); parameters: ``BPNNSettings``."""
+
+    name = "bpnn"
+    settings_type = BPNNSettings
+    settings: BPNNSettings
+    presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
+        "default": {},
+        "quick": {"steps": 1000, "batch": 64, "every": 50},
+        # 6080 inputs, 112 units; 200 epochs of windows at every offset.
+        "paper": {**PRINTED, "hidden": (112,), "activation": "relu", "window": 320, "steps": 3500, "batch": 256},
+    }
+
+    def make_module(self, channels: int) -> nn.Module:
+        """Return a perceptron of these sizes."""
+        return WindowMLP(channels, self.settings.window, self.settings.hidden, self.settings.activation)
