@@ -12,7 +12,8 @@ except ImportError as error:
 from magsim.training.checkpoint import Checkpoint
 from magsim.training.determinism import reproducible, seeded
 from magsim.training.gradients import project_conflicts
-from magsim.training.loop import Outcome, Plan, Progress, train
+from magsim.training.loop import Plan, train
+from magsim.training.run import Outcome, Progress
 from magsim.training.streaming import Position, WindowDataset, WindowLoader
 from magsim.training.windows import ArrayWindows, RandomBatches, WindowSource, overlap_add, starts_of
 

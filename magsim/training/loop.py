@@ -3,8 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
@@ -13,6 +12,7 @@ from magsim.errors import DataError
 from magsim.training.checkpoint import Checkpoint, Saved
 from magsim.training.determinism import reproducible
 from magsim.training.gradients import project_conflicts
+from magsim.training.run import Outcome, Progress, RunState, fitting
 
 Batch = tuple[Tensor, ...]
 
@@ -52,73 +52,6 @@ class Plan:
         if not self.decay:
             return self.learning_rate
         return 0.5 * self.learning_rate * (1.0 + math.cos(math.pi * step / self.steps))
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where a run stands: for people; nothing of it reaches the result.
-
-    Attributes
-    ----------
-    phase : str
-    step, steps : int
-    loss : float
-        Mean over the steps since the last report, NaN before the first step.
-    valid, best : float
-        Validation value now, and the best so far.
-    eta_s : float [s]
-        Estimated time to the last step.
-    """
-
-    phase: str
-    step: int
-    steps: int
-    loss: float
-    valid: float
-    best: float
-    eta_s: float
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a run came to: the module is left in its best state.
-
-    Attributes
-    ----------
-    best_step : int
-        Steps after which the validation value was least; 0 is the untrained module.
-    best_value : float
-    steps : int
-        Steps that were made.
-    history : tuple of (step, loss, value)
-    """
-
-    best_step: int
-    best_value: float
-    steps: int
-    history: tuple[tuple[int, float, float], ...]
-
-
-@dataclass
-class _Run:
-    """The part of a run that a checkpoint keeps."""
-
-    step: int = 0
-    best_step: int = 0
-    best_value: float = math.inf
-    best: dict[str, Tensor] = field(default_factory=dict)
-    history: list[tuple[int, float, float]] = field(default_factory=list)
-    done: bool = False
-
-    def note(self, module: nn.Module, loss: float, value: float) -> None:
-        """Take in a validation, and the module's state if it is the best."""
-        self.history.append((self.step, loss, value))
-        if value < self.best_value:
-            self.best_step, self.best_value, self.best = self.step, value, _copy(module)
-
-
-def _copy(module: nn.Module) -> dict[str, Tensor]:
-    return {name: tensor.detach().clone() for name, tensor in module.state_dict().items()}
 
 
 def train(
@@ -168,7 +101,7 @@ def train(
         run = loop.go()
         module.load_state_dict(run.best)
         module.eval()
-    return Outcome(run.best_step, run.best_value, run.step, tuple(run.history))
+    return run.outcome()
 
 
 class _Loop:
@@ -192,12 +125,12 @@ class _Loop:
         self.optimizer = torch.optim.Adam(module.parameters(), lr=plan.learning_rate)
         self.generator = torch.Generator().manual_seed(seed)
         saved = checkpoint.load() if checkpoint else None
-        self.run = _resume(saved, module, self.optimizer, self.generator) if saved else _Run()
+        self.run = _resume(saved, module, self.optimizer, self.generator) if saved else RunState()
         self.recent: list[float] = []
         self.first = self.run.step
         self.started = time.monotonic()
 
-    def go(self) -> _Run:
+    def go(self) -> RunState:
         """Train to the end."""
         run = self.run
         if not run.history:
@@ -234,11 +167,10 @@ class _Loop:
         loss = sum(self.recent) / len(self.recent) if self.recent else math.nan
         self.recent.clear()
         run.note(self.module, loss, value)
-        stale = sum(step > run.best_step for step, _, _ in run.history)
-        run.done = run.step >= plan.steps or stale >= plan.patience
+        run.done = run.step >= plan.steps or run.stale >= plan.patience
         if self.checkpoint:
-            state = _state(run, self.optimizer, self.generator)
-            self.checkpoint.save(run.step, self.module.state_dict(), run.best, state)
+            own = {"optimizer": self.optimizer.state_dict(), "generator": self.generator.get_state()}
+            self.checkpoint.save(run.step, self.module.state_dict(), run.best, own | run.kept())
         if self.progress:
             eta_s = 0.0 if run.done else self.eta_s()
             self.progress(Progress(self.phase, run.step, plan.steps, loss, value, run.best_value, eta_s))
@@ -270,26 +202,9 @@ def _set_gradients(module: nn.Module, losses: Sequence[Tensor], *, surgery: bool
     return float(total.detach())
 
 
-def _state(run: _Run, optimizer: torch.optim.Optimizer, generator: torch.Generator) -> dict[str, Any]:
-    return {
-        "optimizer": optimizer.state_dict(),
-        "generator": generator.get_state(),
-        "best_step": run.best_step,
-        "best_value": run.best_value,
-        "history": [list(row) for row in run.history],
-        "done": run.done,
-    }
-
-
-def _resume(saved: Saved, module: nn.Module, optimizer: torch.optim.Optimizer, generator: torch.Generator) -> _Run:
-    try:
+def _resume(saved: Saved, module: nn.Module, optimizer: torch.optim.Optimizer, generator: torch.Generator) -> RunState:
+    with fitting(saved):
         module.load_state_dict(saved.weights)
         optimizer.load_state_dict(saved.state["optimizer"])
         generator.set_state(saved.state["generator"])
-        history = [(int(step), float(loss), float(value)) for step, loss, value in saved.state["history"]]
-        best_step, best_value = int(saved.state["best_step"]), float(saved.state["best_value"])
-        done = bool(saved.state["done"])
-    except (RuntimeError, KeyError, ValueError, TypeError) as error:
-        msg = f"the checkpoint of step {saved.step} does not fit the network: {error}"
-        raise DataError(msg) from None
-    return _Run(saved.step, best_step, best_value, saved.best, history, done)
+        return RunState.of(saved)

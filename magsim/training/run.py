@@ -1,0 +1,118 @@
+"""A training run, whatever the optimizer: its progress, its outcome, and what a checkpoint keeps of it."""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from torch import Tensor, nn
+
+from magsim.errors import DataError
+from magsim.training.checkpoint import Saved
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a run stands: for people; nothing of it reaches the result.
+
+    Attributes
+    ----------
+    phase : str
+    step, steps : int
+    loss : float
+        Mean over the steps since the last report, NaN before the first step.
+    valid, best : float
+        Validation value now, and the best so far.
+    eta_s : float [s]
+        Estimated time to the last step.
+    """
+
+    phase: str
+    step: int
+    steps: int
+    loss: float
+    valid: float
+    best: float
+    eta_s: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run came to: the module is left in its best state.
+
+    Attributes
+    ----------
+    best_step : int
+        Steps after which the validation value was least; 0 is the untrained module.
+    best_value : float
+    steps : int
+        Steps that were made.
+    history : tuple of (step, loss, value)
+    """
+
+    best_step: int
+    best_value: float
+    steps: int
+    history: tuple[tuple[int, float, float], ...]
+
+
+@dataclass
+class RunState:
+    """State of a run, the part that does not depend on the optimizer."""
+
+    step: int = 0
+    best_step: int = 0
+    best_value: float = math.inf
+    best: dict[str, Tensor] = field(default_factory=dict)
+    history: list[tuple[int, float, float]] = field(default_factory=list)
+    done: bool = False
+
+    def note(self, module: nn.Module, loss: float, value: float) -> None:
+        """Take in a validation, and the module's state if it is the best."""
+        self.history.append((self.step, loss, value))
+        if value < self.best_value:
+            best = {name: tensor.detach().clone() for name, tensor in module.state_dict().items()}
+            self.best_step, self.best_value, self.best = self.step, value, best
+
+    @property
+    def stale(self) -> int:
+        """Validations since the best."""
+        return sum(step > self.best_step for step, _, _ in self.history)
+
+    def outcome(self) -> Outcome:
+        """Return what the run came to."""
+        return Outcome(self.best_step, self.best_value, self.step, tuple(self.history))
+
+    def kept(self) -> dict[str, Any]:
+        """Return what a checkpoint keeps beside the weights."""
+        return {
+            "best_step": self.best_step,
+            "best_value": self.best_value,
+            "history": [list(row) for row in self.history],
+            "done": self.done,
+        }
+
+    @classmethod
+    def of(cls, saved: Saved) -> "RunState":
+        """Return the run that a checkpoint holds; call it inside of ``fitting``."""
+        state = saved.state
+        history = [(int(step), float(loss), float(value)) for step, loss, value in state["history"]]
+        return cls(
+            saved.step, int(state["best_step"]), float(state["best_value"]), saved.best, history, bool(state["done"])
+        )
+
+
+@contextmanager
+def fitting(saved: Saved) -> Iterator[None]:
+    """Refuse a checkpoint whose parts do not fit what takes them inside the block.
+
+    Raises
+    ------
+    DataError
+    """
+    try:
+        yield
+    except (RuntimeError, KeyError, ValueError, TypeError) as error:
+        msg = f"the checkpoint of step {saved.step} does not fit the network: {error}"
+        raise DataError(msg) from None
