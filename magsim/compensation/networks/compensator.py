@@ -48,8 +48,8 @@ class NetworkCompensator(Compensator):
         self.settings = self.settings_type(**parameters)
 
     @abstractmethod
-    def make_module(self, channels: int) -> nn.Module:
-        """Return the network with its start weights; it has ``start_at_zero``."""
+    def make_module(self, names: tuple[str, ...]) -> nn.Module:
+        """Return the network with its start weights for the named input columns; it has ``start_at_zero``."""
 
     @property
     def requires(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -130,7 +130,7 @@ class NetworkCompensator(Compensator):
             msg = f"input scales of shape {standardizer.mean.shape} for {len(names)} inputs"
             raise ValueError(msg)
         with seeded(0):
-            module = self.make_module(len(names))
+            module = self.make_module(names)
         load_weights(module, state.weights)
         fluxgate, strength_nt = values["fluxgate"], values["strength_nt"]
         mean, scale, rate_hz = float(values["mean_nt"]), float(values["scale_nt"]), float(values["rate_hz"])

@@ -51,8 +51,8 @@ class ZeroStart(Protocol):
         """Set the last layer to zero, so that the untrained network returns zeros."""
 
 
-ModuleFactory = Callable[[int], nn.Module]
-"""Makes a network with its start weights for a number of input columns; the network is a ``ZeroStart`` too."""
+ModuleFactory = Callable[[tuple[str, ...]], nn.Module]
+"""Makes a network with its start weights for named input columns; the network is a ``ZeroStart`` too."""
 
 
 @dataclass(frozen=True)
@@ -244,7 +244,7 @@ class _Run:
         names = designs[0].names
         standardizer = Standardizer.of([design.matrix for design in designs])
         with seeded(integer_seed(self.context.seed, "compensation/weights")):
-            module = self.module_factory(len(names))
+            module = self.module_factory(names)
         module.start_at_zero()  # type: ignore[operator]
         fitted = Fitted(
             settings, stage, columns, fluxgate, strength_nt, names, standardizer, mean, scale, module, self.rate_hz

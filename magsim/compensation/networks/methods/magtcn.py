@@ -79,11 +79,11 @@ class MagTCNCompensator(NetworkCompensator):
         },
     }
 
-    def make_module(self, channels: int) -> nn.Module:
+    def make_module(self, names: tuple[str, ...]) -> nn.Module:
         """Return a MagTCN of these sizes."""
         settings = self.settings
         return MagTCN(
-            channels,
+            len(names),
             width=settings.width,
             expansion=settings.expansion,
             kernel=settings.kernel,

@@ -62,9 +62,9 @@ class BPCompensator(NetworkCompensator):
         "paper": {**PRINTED, "hidden": (64, 64), "activation": "relu", "inputs": ("tl18",), "steps": 4000, "batch": 8},
     }
 
-    def make_module(self, channels: int) -> nn.Module:
+    def make_module(self, names: tuple[str, ...]) -> nn.Module:
         """Return a perceptron of these sizes."""
-        return SampleMLP(channels, self.settings.hidden, self.settings.activation)
+        return SampleMLP(len(names), self.settings.hidden, self.settings.activation)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +103,6 @@ class BPNNCompensator(NetworkCompensator):
         "paper": {**PRINTED, "hidden": (112,), "activation": "relu", "window": 320, "steps": 3500, "batch": 256},
     }
 
-    def make_module(self, channels: int) -> nn.Module:
+    def make_module(self, names: tuple[str, ...]) -> nn.Module:
         """Return a perceptron of these sizes."""
-        return WindowMLP(channels, self.settings.window, self.settings.hidden, self.settings.activation)
+        return WindowMLP(len(names), self.settings.window, self.settings.hidden, self.settings.activation)

@@ -18,15 +18,19 @@ def weights(module):
     return sum(parameter.numel() for parameter in module.parameters())
 
 
+def columns(count):
+    return tuple(f"input {i}" for i in range(count))
+
+
 def test_presets_of_the_papers_have_the_papers_sizes():
     """19 inputs: 16 Tolles-Lawson columns and an attitude of three angles; see the tests of the modules."""
-    assert weights(create("magtcn", preset="paper").make_module(19)) == 2_246_025
-    assert weights(create("bpnn", preset="paper").make_module(19)) == 681_185
+    assert weights(create("magtcn", preset="paper").make_module(columns(19))) == 2_246_025
+    assert weights(create("bpnn", preset="paper").make_module(columns(19))) == 681_185
 
 
 def test_parameters_reach_the_module():
     method = create("magtcn", width=3, expansion=4, kernel=7, window=40, head="last", revin=True, blocks=2)
-    module = method.make_module(6)
+    module = method.make_module(columns(6))
     expected = MagTCN(6, width=3, expansion=4, kernel=7, window=40, head="last", revin=True, blocks=2)
     assert {n: p.shape for n, p in module.named_parameters()} == {n: p.shape for n, p in expected.named_parameters()}
     assert module(torch.zeros(2, 6, 40)).shape == (2, 1)
@@ -34,8 +38,8 @@ def test_parameters_reach_the_module():
 
 @pytest.mark.parametrize(("activation", "kind"), [("relu", "ReLU"), ("tanh", "Tanh"), ("gelu", "GELU")])
 def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
-    sample = create("bp", hidden=(5, 4), activation=activation).make_module(6)
-    window = create("bpnn", window=10, hidden=(5, 4), activation=activation).make_module(6)
+    sample = create("bp", hidden=(5, 4), activation=activation).make_module(columns(6))
+    window = create("bpnn", window=10, hidden=(5, 4), activation=activation).make_module(columns(6))
     assert isinstance(sample, SampleMLP)
     assert isinstance(window, WindowMLP)
     names = ["Linear", kind, "Linear", kind, "Linear"]
