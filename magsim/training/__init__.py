@@ -12,6 +12,7 @@ except ImportError as error:
 from magsim.training.checkpoint import Checkpoint
 from magsim.training.determinism import reproducible, seeded
 from magsim.training.gradients import project_conflicts
+from magsim.training.levenberg import LevenbergPlan, train_levenberg
 from magsim.training.loop import Plan, train
 from magsim.training.run import Outcome, Progress
 from magsim.training.streaming import Position, WindowDataset, WindowLoader
@@ -20,6 +21,7 @@ from magsim.training.windows import ArrayWindows, RandomBatches, WindowSource, o
 __all__ = [
     "ArrayWindows",
     "Checkpoint",
+    "LevenbergPlan",
     "Outcome",
     "Plan",
     "Position",
@@ -34,4 +36,5 @@ __all__ = [
     "seeded",
     "starts_of",
     "train",
+    "train_levenberg",
 ]
