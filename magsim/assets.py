@@ -105,8 +105,8 @@ def check_path(what: str, value: object) -> None:
         raise RequestError(msg)
 
 
-SWEEPS = "sweeps/"
-"""Beginning of the names of shipped sweeps."""
+SWEEPS = ("sweeps/", "tuning/")
+"""Beginnings of the names of shipped sweeps; those for tuning are what the settings of networks are chosen on."""
 
 
 def list_scenarios() -> tuple[str, ...]:
@@ -115,7 +115,7 @@ def list_scenarios() -> tuple[str, ...]:
 
 
 def list_sweeps() -> tuple[str, ...]:
-    """Return the names of the shipped sweeps, sorted: ``sweeps/air``, ``sweeps/maneuvers``."""
+    """Return the names of the shipped sweeps, sorted: ``sweeps/air``, ``tuning/levels``."""
     return tuple(name for name in _list_files() if name.startswith(SWEEPS))
 
 

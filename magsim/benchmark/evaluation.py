@@ -1,35 +1,22 @@
 """Fit methods on training rows, judge them on test rows, and report: group by group."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import TypeGuard, cast
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TypeVar
 
 from magsim import __version__, columns, signals
 from magsim.benchmark.judging import NOISE_FLOOR, judge
+from magsim.benchmark.methods import Method, NamedMethod, named_methods
 from magsim.benchmark.report import Report, rows_of
 from magsim.benchmark.rows import Fit, Row
-from magsim.compensation import Compensator, FitContext, make, parse_method
+from magsim.compensation import FitContext
 from magsim.dataset import Data, FlightInfo, Group, Training, groups_of, pick_sensor, pieces_to_judge, read_training
-from magsim.errors import RequestError
+from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 
-Method = str | Compensator | tuple[str, Compensator]
-"""A name with settings (``name:key=value``), ``noise_floor`` among them; a compensator; or a name for the table and a
-compensator."""
-
-
-@dataclass(frozen=True)
-class NamedMethod:
-    """A method with its name in the table; the noise floor has no compensator."""
-
-    name: str
-    compensator: Compensator | None
-
-    @property
-    def given(self) -> bool:
-        """Whether it came fitted."""
-        return self.compensator is not None and self.compensator.is_fitted
+T = TypeVar("T")
 
 
 def evaluate(
@@ -38,6 +25,7 @@ def evaluate(
     *,
     sensor: str | None = None,
     seed: int = 0,
+    quick: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Report:
     """Fit methods on the training rows and judge them on the test rows.
@@ -49,12 +37,15 @@ def evaluate(
     data : Recording, Dataset, Path, str, or several of them
         Recordings with the segment column ``split``.
     methods : sequence
-        Names of methods, with settings if need be (``name:key=value``), ``noise_floor`` among them; compensators, of
-        which a copy is fitted if they are not yet; or pairs of a name for the table and a compensator.
+        Names of methods, with settings if need be (``name:key=value``), ``noise_floor`` among them; ``all``, for every
+        name that is known; compensators, of which a copy is fitted if they are not yet; or pairs of a name for the
+        table and a compensator. Of ``all``, methods that the recordings do not suffice for are left out, with a note.
     sensor : str, optional
         The scalar magnetometer; by default that of a fitted compensator, else the first of the first recording.
     seed : int
         Seed of the fits.
+    quick : bool
+        Take the preset ``quick`` of methods by name that have one, unless another preset is named.
     progress : callable, optional
         Called with one line of text for each step.
 
@@ -69,67 +60,17 @@ def evaluate(
     DataError
         If a part is too short to be filtered, or an estimate is not what it must be.
     """
-    named = named_methods(methods)
+    named, left_out = named_methods(methods, quick=quick)
     FitContext(seed)  # refuses what is no seed before anything is read
     groups = groups_of(data)
     if not groups:
         msg = "nothing to benchmark: no recording was given"
         raise RequestError(msg)
     work = _Evaluation(named, _fitted_sensor(named, sensor), seed, progress or (lambda line: None))
+    work.notes += left_out
     for group in groups:
         work.run(group)
     return work.report()
-
-
-def named_methods(methods: Method | Sequence[Method]) -> tuple[NamedMethod, ...]:
-    """Return methods with their names for the table.
-
-    Raises
-    ------
-    RequestError
-        If there is none, a name is unknown or given twice, or something else is no method.
-    """
-    alone = isinstance(methods, str | Compensator) or _is_pair(methods) or not isinstance(methods, Iterable)
-    named = (_named(methods),) if alone else tuple(_named(method) for method in cast("Iterable[Method]", methods))
-    names = [one.name for one in named]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        msg = f"method {', '.join(twice)} is given twice"
-        raise RequestError(msg)
-    if not named:
-        msg = "no method to benchmark was given"
-        raise RequestError(msg)
-    return named
-
-
-def _named(method: object) -> NamedMethod:
-    if isinstance(method, Compensator):
-        return NamedMethod(method.name, method)
-    if isinstance(method, str):
-        name, settings = parse_method(method)
-        if name != NOISE_FLOOR:
-            return NamedMethod(method, make(method))
-        if settings:
-            msg = f"{NOISE_FLOOR} has no settings; {method!r} gives {', '.join(settings)}"
-            raise RequestError(msg)
-        return NamedMethod(method, None)
-    if _is_pair(method):
-        return NamedMethod(*method)
-    msg = (
-        f"{method!r} is no method; allowed: a name such as 'tl16', a compensator, or a pair of a name for the table "
-        "and a compensator"
-    )
-    raise RequestError(msg)
-
-
-def _is_pair(method: object) -> TypeGuard[tuple[str, Compensator]]:
-    """Whether something is a name for the table and a compensator."""
-    return (
-        isinstance(method, tuple)
-        and len(method) == 2
-        and isinstance(method[0], str)
-        and isinstance(method[1], Compensator)
-    )
 
 
 def _fitted_sensor(named: Sequence[NamedMethod], sensor: str | None) -> str | None:
@@ -174,10 +115,23 @@ class _Evaluation:
         self.groups[group.name] = [info.name for info in group.flights]
         given = all(one.compensator is None or one.given for one in self.named)
         training = None if given else read_training(group.flights, sensor)
-        fitted = [NamedMethod(one.name, self._fit(one, group, training)) for one in self.named]
+        tried = [self._try(one, "", partial(self._fit, one, group, training)) for one in self.named]
+        fitted = [one for one in tried if one is not None]
         self.warmup_s = _warmup_s(fitted)
         for info in tests:
             self._judge(fitted, info, info.read(), sensor)
+
+    def _try(self, one: NamedMethod, where: str, work: Callable[[], T]) -> T | None:
+        """Return what a piece of work on a method gives; None, with a note, where one of ``all`` is not up to it."""
+        try:
+            return work()
+        except (RequestError, DataError) as error:
+            if not one.optional:
+                raise
+            note = f"method {one.name} is left out{where}: {error}"
+            # every group says the same of a method that none suffices for
+            self.notes += [] if note in self.notes else [note]
+            return None
 
     def _has_test_rows(self, info: FlightInfo, sensor: str) -> bool:
         """Whether a flight has rows to be judged; note those that a dropout takes."""
@@ -198,17 +152,17 @@ class _Evaluation:
             self.untested.append(f"{recording.name!r} has split = test{reading}")
         return found
 
-    def _fit(self, one: NamedMethod, group: Group, training: Training | None) -> Compensator | None:
+    def _fit(self, one: NamedMethod, group: Group, training: Training | None) -> NamedMethod:
         """Return a fitted method: as it came, or a copy that is fitted on the group's training rows."""
         if one.compensator is None or one.given or training is None:
-            return one.compensator
+            return one
         names = tuple(dict.fromkeys(recording.name for recording in training.recordings))
         self.progress(f"fitting {one.name}")
         started = time.process_time()
         fitted = one.compensator.unfitted().fit_rows(training, FitContext(self.seed))
         self.fit_s[one.name, group.name] = time.process_time() - started
         self.fits.append(Fit(one.name, group.name, names, **training.rows, given=False))
-        return fitted
+        return replace(one, compensator=fitted)
 
     def _judge(self, fitted: Sequence[NamedMethod], info: FlightInfo, recording: Recording, sensor: str) -> None:
         """Score every method on one recording."""
@@ -222,7 +176,8 @@ class _Evaluation:
                 self.notes.append(f"recording {name!r} has no label and truth for the row {NOISE_FLOOR}")
                 continue
             self.progress(f"{one.name} on {name}")
-            residuals = judge(
+            judged = partial(
+                judge,
                 one.compensator,
                 recording,
                 sensor=sensor,
@@ -232,7 +187,8 @@ class _Evaluation:
                 level=info.level,
                 seed=self.seed,
             )
-            found += rows_of(residuals)
+            residuals = self._try(one, f" of {name!r}", judged)
+            found += [] if residuals is None else rows_of(residuals)
         count = sum(int(piece.judged.sum()) for piece in pieces_to_judge(recording, sensor))
         self.judged.append({"recording": name, "file": info.file_name, "rows": count, "truth": truth})
         if not any(row.metric == "ir_003" for row in found):

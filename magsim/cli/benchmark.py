@@ -24,8 +24,9 @@ DEFAULT = "none,tl16,tl18,noise_floor"
     default=DEFAULT,
     show_default=True,
     help="Names of methods, name:key=value:... for settings, your own classes as my_file.py:MyMethod, and folders of "
-    "trained runs, with commas between them.",
+    "trained runs, with commas between them; all: every method that the recordings suffice for.",
 )
+@click.option("--quick", is_flag=True, help="Networks for a first look: the preset quick of methods that have one.")
 @click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the fits.")
 @click.option(
@@ -46,6 +47,7 @@ DEFAULT = "none,tl16,tl18,noise_floor"
 def benchmark(  # noqa: PLR0917 - the options
     recordings: tuple[Path, ...],
     methods: str,
+    quick: bool,
     sensor: str | None,
     seed: int,
     scores: str | None,
@@ -70,7 +72,7 @@ def benchmark(  # noqa: PLR0917 - the options
     if output is not None:
         _check_folder(output, force=force)
     progress = None if quiet else lambda line: click.echo(line, err=True)
-    report = evaluate(recordings or (Path(),), chosen, sensor=sensor, seed=seed, progress=progress)
+    report = evaluate(recordings or (Path(),), chosen, sensor=sensor, seed=seed, quick=quick, progress=progress)
     if output is not None:
         _write(report, output, tables)
     click.echo(report.to_json() if as_json else report.to_text(scores=tables), nl=False)
@@ -78,7 +80,7 @@ def benchmark(  # noqa: PLR0917 - the options
 
 def _methods(text: str) -> "list[str | Compensator | tuple[str, Compensator]]":
     """Return methods of the registry as typed, and trained runs by their folders, named by their last part."""
-    from magsim.benchmark import NOISE_FLOOR
+    from magsim.benchmark import ALL, NOISE_FLOOR
     from magsim.compensation import load, make, names
     from magsim.errors import RequestError
 
@@ -87,7 +89,7 @@ def _methods(text: str) -> "list[str | Compensator | tuple[str, Compensator]]":
     if not asked:
         msg = "--methods: no method is named"
         raise RequestError(msg)
-    known = (*names(), NOISE_FLOOR)
+    known = (*names(), NOISE_FLOOR, ALL)
     files = [".py:" in name for name in asked]
     folders = [
         not file and name.partition(":")[0].strip() not in known and (Path(name).is_dir() or "/" in name)

@@ -2,7 +2,7 @@
 
 from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.checking import CheckReport, check_compensator
-from magsim.compensation.registry import create, load, make, names, parse_method, register
+from magsim.compensation.registry import create, load, make, names, parse_method, presets_of, register
 from magsim.compensation.saving import State
 from magsim.compensation.tolles_lawson import TollesLawson, TollesLawsonReport
 
@@ -19,5 +19,6 @@ __all__ = [
     "make",
     "names",
     "parse_method",
+    "presets_of",
     "register",
 ]

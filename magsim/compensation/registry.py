@@ -1,7 +1,7 @@
 """Methods by name: those of this package, registered ones, and those of entry point group ``magsim.compensators``."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -240,6 +240,17 @@ def make(text: str) -> Compensator:
     return create(name, preset=None if preset is None else str(preset), **settings)
 
 
+def presets_of(name: str) -> Mapping[str, Mapping[str, object]]:
+    """Return the named sets of parameters of a method.
+
+    Raises
+    ------
+    RequestError
+        If no method has that name.
+    """
+    return lookup(name).load().presets
+
+
 def preset_params(name: str, preset: str | None) -> dict[str, object]:
     """Return the parameters of a preset; none without one.
 
@@ -250,7 +261,7 @@ def preset_params(name: str, preset: str | None) -> dict[str, object]:
     """
     if preset is None:
         return {}
-    presets = lookup(name).load().presets
+    presets = presets_of(name)
     if preset not in presets:
         has = ", ".join(presets) or "none"
         msg = f"method {name} has no preset {preset!r}{did_you_mean(preset, presets)}; it has {has}"

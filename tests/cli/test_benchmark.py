@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from magsim.compensation import registry
+from magsim.compensation.networks import BPCompensator
 from tests.support.commands import run
 
 pytestmark = pytest.mark.usefixtures("own_folder")
@@ -39,6 +41,18 @@ def test_benchmark_of_methods_with_settings_and_chosen_tables(flight, tmp_path, 
     about = json.loads((tmp_path / "report" / "report.json").read_text())["about"]["methods"]
     assert about["tl16_gradient:order=1"]["params"]["order"] == 1
     assert about["tl16_gradient:order=1"]["params"]["vertical"] is True
+
+
+def test_benchmark_of_all_methods_quickly(flight, capsys, monkeypatch):
+    few = {name: registry._REGISTRY[name] for name in ("none", "tl16", "vector_tl", "tl16_auxiliary")}
+    monkeypatch.setattr(registry, "_REGISTRY", few | {"bp": registry.Entry(BPCompensator)})
+    monkeypatch.setattr(BPCompensator, "presets", {"quick": {"steps": 2, "hidden": (3,)}})
+    code, out, _ = run(capsys, "benchmark", flight, "-q", "--methods", "all", "--quick", "--json")
+    assert code == 0
+    report = json.loads(out)
+    assert report["about"]["methods"]["bp"]["params"]["hidden"] == [3]
+    assert {row["method"] for row in report["rows"]} == {"none", "tl16", "vector_tl", "bp", "noise_floor"}
+    assert [note for note in report["notes"] if "tl16_auxiliary is left out" in note]
 
 
 def test_benchmark_prints_json_alone(flight, tmp_path, capsys, monkeypatch):

@@ -7,20 +7,28 @@ from magsim import sweep as room
 from magsim.errors import RequestError
 from magsim.loading import load_scenario
 
-FLIGHTS = {"air": 80, "maneuvers": 96, "places_and_dates": 512, "population": 200, "virtual_aircraft": 1000}
+FLIGHTS = {
+    "sweeps/air": 80,
+    "sweeps/maneuvers": 96,
+    "sweeps/places_and_dates": 512,
+    "sweeps/population": 200,
+    "sweeps/virtual_aircraft": 1000,
+    "tuning/levels": 18,
+    "tuning/paper_000": 3,
+}
 
 
 @pytest.mark.parametrize("name", FLIGHTS)
 def test_their_flights_can_be_flown(name: str) -> None:
-    plan = room.read_sweep(f"sweeps/{name}")
+    plan = room.read_sweep(name)
     assert room.check(plan, 12) == []
     _, count = room.ranges(plan)
     assert count == FLIGHTS[name]
 
 
 def test_all_are_listed_and_are_no_scenarios() -> None:
-    assert assets.list_sweeps() == tuple(f"sweeps/{name}" for name in sorted(FLIGHTS))
-    assert not any(name.startswith("sweeps/") for name in assets.list_scenarios())
+    assert assets.list_sweeps() == tuple(sorted(FLIGHTS))
+    assert set(FLIGHTS).isdisjoint(assets.list_scenarios())
     with pytest.raises(RequestError, match=r"is a sweep of many flights \(\[sweep\]\); magsim sweep flies them"):
         load_scenario("sweeps/air")
 
