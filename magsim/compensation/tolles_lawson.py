@@ -13,10 +13,10 @@ from pydantic import Field
 
 from magsim.compensation.background import Direction
 from magsim.compensation.base import Compensator, FitContext
+from magsim.compensation.column_rows import rows_of
 from magsim.compensation.columns import Derivative, Eddy, Terms
 from magsim.compensation.linear import Band, LinearFit, LinearModel, fit_linear
 from magsim.compensation.platform_columns import ColumnSettings, columns_from, fit_columns
-from magsim.compensation.platform_rows import platform_rows
 from magsim.compensation.saving import State
 from magsim.compensation.solvers import SOLVERS, Solver, principal_components
 from magsim.compensation.streaming import ConstantStreamer, Feed, LinearStreamer, Streamer
@@ -251,7 +251,7 @@ class TollesLawson(Compensator):
 
     def _streamer(self, feed: Feed) -> Streamer | None:
         """Return columns row by row, times coefficients; see ``Compensator``."""
-        rows = platform_rows(self._columns, feed)
+        rows = rows_of(self._columns, feed)
         return None if rows is None else LinearStreamer(rows, self._fit.coefficients, self._fit.offset_nt)
 
     def _coefficients(self) -> tuple[Term, ...]:

@@ -50,8 +50,22 @@ METHODS = {
     "magtcn last": {**QUICK, "width": 2, "kernel": 11, "window": 50, "head": "last"},
     "bp": QUICK,
     "bpnn": {**QUICK, "window": 50, "hidden": (4,)},
+    "bp wide": {
+        **QUICK,
+        "inputs": ("tl18", "auxiliary", "attitude", "rates", "currents", "surfaces", "travel", "height"),
+        "direction": "calibrated",
+        "first_stage": "exact_norm",
+    },
+    "bpnn ins": {
+        **QUICK,
+        "window": 50,
+        "hidden": (4,),
+        "inputs": ("tl16", "position", "time"),
+        "direction": "ins",
+        "first_stage": "tl16_auxiliary",
+    },
 }
-REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary"}
+REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary", "bp wide", "bpnn ins"}
 READ_THE_READING = {"tl16_recursive", "vector_tl", "exact_norm_adaptive"}
 WORLD = World(eddy_tau_s=0.01)
 
@@ -71,7 +85,7 @@ def recording_for(name):
     """What a method is fitted to: those of a model field need one that is real."""
     if name.startswith("exact_norm"):
         return without(flown(name="world"), "cur_", "surface_")
-    return flown(name="world") if name.split()[0] in REAL_FIELD else calibration(WORLD)
+    return flown(name="world") if {name, name.split()[0]} & REAL_FIELD else calibration(WORLD)
 
 
 @pytest.fixture(scope="module", params=METHODS)

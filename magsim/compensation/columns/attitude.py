@@ -1,31 +1,60 @@
-"""Attitude as network inputs."""
+"""Attitude and angular rates as network inputs."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from magsim import columns
-from magsim.compensation.columns.base import Design, require
-from magsim.recording import Recording
+from magsim.compensation.columns.points import ChangeColumns, PointColumns
 
-ANGLES = ("roll", "pitch", "heading")
+ANGLES = tuple(columns.INS_ATTITUDE.name(angle=angle) for angle in ("roll", "pitch", "heading"))
+
+_AXES, _UNITS = tuple(f"rate {axis}" for axis in columns.AXES), ("rad/s",) * 3
 
 
 @dataclass(frozen=True)
-class AttitudeColumns:
+class AttitudeColumns(PointColumns):
     """Roll and pitch [rad], sine and cosine of the heading: an angle that wraps would jump."""
 
-    lookahead_rows = 0
+    columns = ANGLES
+    names = ("roll", "pitch", "sin heading", "cos heading")
+    units = ("rad", "rad", "1", "1")
 
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """The attitude of the INS."""
-        return (columns.INS_ATTITUDE.pattern,)
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Return the columns for roll, pitch and heading [deg]; see ``PointColumns``."""
+        roll, pitch, heading = np.radians(values).T
+        return np.column_stack([roll, pitch, np.sin(heading), np.cos(heading)])
 
-    def __call__(self, recording: Recording) -> Design:
-        """Return the columns of a recording; see ``ColumnSet``."""
-        names = [columns.INS_ATTITUDE.name(angle=angle) for angle in ANGLES]
-        require(recording, names)
-        roll, pitch, heading = (np.radians(recording[name]) for name in names)
-        matrix = np.column_stack([roll, pitch, np.sin(heading), np.cos(heading)])
-        return Design(("roll", "pitch", "sin heading", "cos heading"), ("rad", "rad", "1", "1"), matrix)
+
+@dataclass(frozen=True)
+class GyroColumns(PointColumns):
+    """Angular rates in body axes from the gyros of the INS [rad/s]."""
+
+    columns = tuple(columns.INS_RATE.name(axis=axis) for axis in columns.AXES)
+    names = _AXES
+    units = _UNITS
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Return the rates; see ``PointColumns``."""
+        return np.radians(values)
+
+
+@dataclass(frozen=True)
+class AttitudeRateColumns(ChangeColumns):
+    """Angular rates in body axes from the attitude [rad/s], by the kinematics of roll, pitch and heading."""
+
+    columns = ANGLES
+    names = _AXES
+    units = _UNITS
+
+    def of(self, values: np.ndarray, changes: np.ndarray) -> np.ndarray:
+        """Return the rates; see ``ChangeColumns``."""
+        roll, pitch, _ = np.radians(values).T
+        rolling, pitching, turning = np.radians(changes).T
+        return np.column_stack(
+            [
+                rolling - turning * np.sin(pitch),
+                pitching * np.cos(roll) + turning * np.sin(roll) * np.cos(pitch),
+                turning * np.cos(roll) * np.cos(pitch) - pitching * np.sin(roll),
+            ]
+        )

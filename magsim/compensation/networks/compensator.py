@@ -3,6 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from copy import deepcopy
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,11 +11,11 @@ import torch
 from torch import nn
 
 from magsim.compensation.base import Compensator, FitContext
-from magsim.compensation.columns import Joined
+from magsim.compensation.networks.inputs import inputs_from, most_lookahead, sure_reads
 from magsim.compensation.networks.residual import Fitted, check_rate, fit_residual
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
-from magsim.compensation.networks.stage import first_stage, network_columns
+from magsim.compensation.networks.stage import first_stage
 from magsim.compensation.networks.streaming import network_streamer
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Streamer
@@ -22,8 +23,29 @@ from magsim.dataset import Training
 from magsim.recording import Recording
 from magsim.training import Outcome, reproducible, seeded
 
-STAGE = "stage."
-"""Prefix of the first stage's arrays in the file."""
+STAGE, INPUTS = "stage.", "inputs."
+"""Prefixes of the arrays of the first stage and of the inputs in the file."""
+
+
+@dataclass(frozen=True)
+class NetworkReport:
+    """What a network was fitted with.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        Names of its input columns.
+    left_out : tuple of str
+        Channels that do not change, and kinds of which there is none.
+    """
+
+    inputs: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+    def __str__(self) -> str:
+        lines = [f"{len(self.inputs)} inputs: {', '.join(self.inputs)}"]
+        lines += [f"left out, as they do not change: {', '.join(self.left_out)}"] if self.left_out else []
+        return "\n".join(lines)
 
 
 class NetworkCompensator(Compensator):
@@ -53,18 +75,24 @@ class NetworkCompensator(Compensator):
 
     @property
     def requires(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Patterns of the column families that are read."""
-        return tuple(dict.fromkeys((*self._columns("", None).reads, *first_stage(self.settings, None).requires)))
-
-    def _columns(self, fluxgate: str, strength_nt: float | None) -> Joined:
-        return network_columns(self.settings, fluxgate, strength_nt)
+        """Families that inputs and first stage read; those of channels and gyros once the training has found them."""
+        if self.is_fitted:
+            reads = (*self._fitted.columns.reads, *self._fitted.stage.requires)
+        else:
+            reads = (*sure_reads(self.settings), *first_stage(self.settings).requires)
+        return tuple(dict.fromkeys(reads))
 
     @property
     def lookahead_rows(self) -> int | None:  # type: ignore[override]
         """Those of the columns where windows end at the output; overlapping windows look ahead without limit."""
         if self.is_windowed and not self.settings.last:
             return None
-        return max(self._columns("", None).lookahead_rows or 0, first_stage(self.settings, None).lookahead_rows or 0)
+        if self.is_fitted:
+            found = self._fitted.columns.lookahead_rows, self._fitted.stage.lookahead_rows
+        else:
+            found = most_lookahead(self.settings), first_stage(self.settings).lookahead_rows
+        known = [rows for rows in found if rows is not None]
+        return max(known) if len(known) == len(found) else None
 
     @property
     def warmup_s(self) -> float:  # type: ignore[override]
@@ -91,6 +119,12 @@ class NetworkCompensator(Compensator):
             out = fitted.output(deepcopy(fitted.module).double(), inputs, recording.time_s)
         return fitted.stage.interference(recording) + fitted.mean + fitted.scale * out
 
+    @property
+    def report_(self) -> NetworkReport:
+        """The inputs that were found, and what was left out."""
+        self.check_fitted()
+        return NetworkReport(self._fitted.names, self._fitted.columns.left_out)
+
     def _streamer(self, feed: Feed) -> Streamer | None:
         """Return stage and network row by row; see ``Compensator``."""
         return network_streamer(self._fitted, feed, window=self.settings.window if self.is_windowed else 1)
@@ -98,8 +132,9 @@ class NetworkCompensator(Compensator):
     def state(self) -> State:
         """Return scales, first stage and weights; see ``Compensator.state``."""
         fitted = self._fitted
-        stage = fitted.stage.state()
+        stage, inputs = fitted.stage.state(), fitted.columns.state()
         arrays = {f"{STAGE}{name}": array for name, array in stage.arrays.items()}
+        arrays |= {f"{INPUTS}{name}": array for name, array in inputs.arrays.items()}
         arrays |= {"input_mean": fitted.standardizer.mean, "input_scale": fitted.standardizer.scale}
         outcomes = {
             name: {"best_step": o.best_step, "best_value": o.best_value, "steps": o.steps}
@@ -108,8 +143,7 @@ class NetworkCompensator(Compensator):
         values = {
             "stage": stage.values,
             "rate_hz": fitted.rate_hz,
-            "fluxgate": fitted.fluxgate,
-            "strength_nt": fitted.strength_nt,
+            "inputs": inputs.values,
             "names": list(fitted.names),
             "mean_nt": fitted.mean,
             "scale_nt": fitted.scale,
@@ -120,9 +154,8 @@ class NetworkCompensator(Compensator):
     def set_state(self, state: State) -> None:
         """Take back what ``state`` returned."""
         values, arrays = state.values, state.arrays
-        stage = first_stage(self.settings, values["fluxgate"])
-        own = {name.removeprefix(STAGE): array for name, array in arrays.items() if name.startswith(STAGE)}
-        stage.set_state(State(values["stage"], own))
+        stage = first_stage(self.settings)
+        stage.set_state(State(values["stage"], _under(STAGE, arrays)))
         stage.sensor_ = ""
         names = tuple(values["names"])
         standardizer = Standardizer(arrays["input_mean"], arrays["input_scale"])
@@ -132,13 +165,15 @@ class NetworkCompensator(Compensator):
         with seeded(0):
             module = self.make_module(names)
         load_weights(module, state.weights)
-        fluxgate, strength_nt = values["fluxgate"], values["strength_nt"]
+        columns = inputs_from(self.settings, State(values["inputs"], _under(INPUTS, arrays)))
         mean, scale, rate_hz = float(values["mean_nt"]), float(values["scale_nt"]), float(values["rate_hz"])
-        columns = self._columns(fluxgate, strength_nt)
-        self._fitted = Fitted(
-            self.settings, stage, columns, fluxgate, strength_nt, names, standardizer, mean, scale, module, rate_hz
-        )
+        self._fitted = Fitted(self.settings, stage, columns, names, standardizer, mean, scale, module, rate_hz)
         self.outcomes_ = {name: Outcome(**kept, history=()) for name, kept in values["outcomes"].items()}
+
+
+def _under(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the arrays whose names begin with a prefix, without it."""
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
 
 
 def load_weights(module: nn.Module, weights: Mapping[str, np.ndarray]) -> None:

@@ -20,13 +20,13 @@ import torch
 from torch import nn
 
 from magsim.compensation.base import Compensator, FitContext
-from magsim.compensation.columns import Joined, mean_strength, pick_fluxgate
 from magsim.compensation.networks import holdout
 from magsim.compensation.networks.holdout import Watched
+from magsim.compensation.networks.inputs import InputColumns, fit_inputs
 from magsim.compensation.networks.losses import Loss, ResidualLoss, TutoredLoss, band_matrix
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
-from magsim.compensation.networks.stage import first_stage, network_columns
+from magsim.compensation.networks.stage import first_stage
 from magsim.compensation.networks.windows import apply_network
 from magsim.compensation.targets import interference, reading_rows
 from magsim.compensation.tolles_lawson import TollesLawson
@@ -63,10 +63,8 @@ class Fitted:
     ----------
     settings : NetworkSettings
     stage : Compensator
-    columns : Joined
+    columns : InputColumns
         Inputs of the network.
-    fluxgate : str
-    strength_nt : float [nT], optional
     names : tuple of str
         Of the input columns.
     standardizer : Standardizer
@@ -78,9 +76,7 @@ class Fitted:
 
     settings: NetworkSettings
     stage: Compensator
-    columns: Joined
-    fluxgate: str
-    strength_nt: float | None
+    columns: InputColumns
     names: tuple[str, ...]
     standardizer: Standardizer
     mean: float
@@ -232,26 +228,24 @@ class _Run:
         """
         settings, sensor = self.settings, self.sensor
         truths = [interference(recording, sensor) for recording in recordings]
-        fluxgate = pick_fluxgate(recordings, settings.fluxgate)
-        stage = first_stage(settings, fluxgate).fit_rows(all_rows(uncut, sensor))
+        columns = fit_inputs(settings, all_rows(uncut, sensor))
+        stage = first_stage(settings).fit_rows(all_rows(uncut, sensor))
         first = [stage.interference(recording) for recording in recordings]
         rest = [truth - estimate for truth, estimate in zip(truths, first, strict=True)]
         every = np.concatenate(rest)
         mean, scale = float(every.mean()), max(float(every.std()), LEAST_NT)
-        strength_nt = mean_strength(recordings, fluxgate) if settings.scale == "constant" else None
-        columns = network_columns(settings, fluxgate, strength_nt)
         designs = [columns(recording) for recording in recordings]
         names = designs[0].names
         standardizer = Standardizer.of([design.matrix for design in designs])
         with seeded(integer_seed(self.context.seed, "compensation/weights")):
             module = self.module_factory(names)
         module.start_at_zero()  # type: ignore[operator]
-        fitted = Fitted(
-            settings, stage, columns, fluxgate, strength_nt, names, standardizer, mean, scale, module, self.rate_hz
-        )
+        fitted = Fitted(settings, stage, columns, names, standardizer, mean, scale, module, self.rate_hz)
         guesses = first
         if settings.tutor > 0.0 and settings.first_stage == "none":
-            tutor = TollesLawson(fluxgate=fluxgate).fit_rows(all_rows(uncut, sensor))
+            tutor = TollesLawson(fluxgate=settings.fluxgate, direction=settings.direction).fit_rows(
+                all_rows(uncut, sensor)
+            )
             guesses = [tutor.interference(recording) for recording in recordings]
         tutors = [(guess - base - mean) / scale for guess, base in zip(guesses, first, strict=True)]
         return fitted, [(part - mean) / scale for part in rest], tutors

@@ -3,15 +3,52 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
+from magsim.compensation.background import Direction
 from magsim.training import Plan
 
 Count = Annotated[int, Field(ge=1)]
 Weight = Annotated[float, Field(ge=0.0)]
 Rate = Annotated[float, Field(gt=0.0, le=1.0)]
-FirstStage = Literal["none", "tl16", "tl18", "tl16_measured", "tl18_measured"]
-Inputs = Annotated[tuple[Literal["tl16", "tl18", "attitude"], ...], Field(min_length=1)]
+FirstStage = Literal[
+    "none",
+    "tl16",
+    "tl18",
+    "tl16_measured",
+    "tl18_measured",
+    "tl16_calibrated",
+    "tl16_auxiliary",
+    "exact_norm",
+    "exact_norm_model",
+    "exact_norm_measured",
+]
+Input = Literal[
+    "tl16",
+    "tl18",
+    "auxiliary",
+    "attitude",
+    "rates",
+    "accelerations",
+    "currents",
+    "voltages",
+    "surfaces",
+    "position",
+    "travel",
+    "height",
+    "time",
+]
+
+
+def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
+    for word in words:
+        if words.count(word) > 1:
+            msg = f"{word!r} is given {words.count(word)} times"
+            raise ValueError(msg)
+    return words
+
+
+Inputs = Annotated[tuple[Input, ...], Field(min_length=1), AfterValidator(_each_once)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,11 +58,14 @@ class NetworkSettings:
     Attributes
     ----------
     inputs : tuple of str
-        Column sets that the network reads.
+        What the network reads; see ``magsim.compensation.networks.inputs``.
+    direction : {"fluxgate", "ins", "calibrated"}
+        Where the direction of the field is taken from, in the inputs ``tl16``, ``tl18`` and ``auxiliary`` and in a
+        first stage ``tl16`` or ``tl18``, measured or not; see ``TollesLawson``.
     first_stage : str
-        Closed-form stage: ``none`` or a Tolles-Lawson method.
+        Closed-form stage: ``none`` or a method of that name.
     stage_band : {"in", "broad"}
-        How the stage is fitted.
+        How a stage ``tl16`` or ``tl18`` is fitted.
     fluxgate : str, optional
         The first one of the first recording if not given.
     scale : {"constant", "sample"}
@@ -52,6 +92,7 @@ class NetworkSettings:
     """
 
     inputs: Inputs = ("tl16", "attitude")
+    direction: Direction = "fluxgate"
     first_stage: FirstStage = "tl16"
     stage_band: Literal["in", "broad"] = "in"
     fluxgate: str | None = None

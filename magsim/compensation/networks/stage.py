@@ -1,34 +1,43 @@
-"""What surrounds a network: its input columns, and the closed-form stage before it."""
+"""The closed-form stage before a network."""
 
-from collections.abc import Callable, Mapping
+from typing import Any
 
 from magsim.compensation.base import Compensator
-from magsim.compensation.columns import AttitudeColumns, ColumnSet, Joined, TollesLawsonColumns
 from magsim.compensation.networks.settings import NetworkSettings
-from magsim.compensation.tolles_lawson import Nothing, TollesLawson
+from magsim.compensation.registry import create
+from magsim.errors import RequestError
 
-COLUMN_SETS: Mapping[str, Callable[[str, float | None], ColumnSet]] = {
-    "tl16": lambda fluxgate, strength_nt: TollesLawsonColumns(16, fluxgate, strength_nt=strength_nt),
-    "tl18": lambda fluxgate, strength_nt: TollesLawsonColumns(18, fluxgate, strength_nt=strength_nt),
-    "attitude": lambda _fluxgate, _strength_nt: AttitudeColumns(),
-}
-"""Column sets that a network may read, by name: made for a fluxgate and a field strength."""
+PLAIN = ("tl16", "tl18")
+"""Stages that learn from the labels, in band or broadband as ``stage_band`` says."""
 
 
-def network_columns(settings: NetworkSettings, fluxgate: str, strength_nt: float | None) -> Joined:
-    """Return the input columns of a network."""
-    return Joined(tuple(COLUMN_SETS[name](fluxgate, strength_nt) for name in settings.inputs))
+def takes_direction(settings: NetworkSettings) -> bool:
+    """Whether the direction of the stage is that of the network's inputs; stages of other names have their own."""
+    return settings.first_stage in (*PLAIN, "tl16_measured", "tl18_measured")
 
 
-def first_stage(settings: NetworkSettings, fluxgate: str | None) -> Compensator:
-    """Return the unfitted closed-form stage."""
-    if settings.first_stage == "none":
-        return Nothing()
-    measured = settings.first_stage.endswith("_measured")
-    return TollesLawson(
-        terms=18 if "18" in settings.first_stage else 16,
-        target="measured" if measured else "interference",
-        band="in" if measured else settings.stage_band,
-        fluxgate=fluxgate,
-        scale=settings.scale,
-    )
+def first_stage(settings: NetworkSettings) -> Compensator:
+    """Return the unfitted closed-form stage: a method of that name.
+
+    Raises
+    ------
+    RequestError
+        If ``stage_band`` has no effect.
+    """
+    name = settings.first_stage
+    if settings.stage_band != "in" and name not in PLAIN:
+        msg = (
+            f"stage_band {settings.stage_band!r} has no effect with first_stage {name!r}; allowed: with "
+            f"{', '.join(PLAIN)}"
+        )
+        raise RequestError(msg)
+    if name == "none":
+        return create(name)
+    if name.startswith("exact_norm"):
+        return create(name, fluxgate=settings.fluxgate)
+    params: dict[str, Any] = {"fluxgate": settings.fluxgate, "scale": settings.scale}
+    if name in PLAIN:
+        params["band"] = settings.stage_band
+    if takes_direction(settings):
+        params["direction"] = settings.direction
+    return create(name, **params)

@@ -5,8 +5,9 @@ from copy import deepcopy
 import numpy as np
 import torch
 
+from magsim.compensation.column_rows import rows_of
 from magsim.compensation.networks.residual import Fitted, check_rate_hz
-from magsim.compensation.streaming import ColumnRows, Feed, Streamer, Together, rows_of
+from magsim.compensation.streaming import ColumnRows, Feed, Streamer, Together
 
 
 class NetworkRows:
@@ -80,5 +81,5 @@ def network_streamer(fitted: Fitted, feed: Feed, *, window: int) -> StagedStream
         If the rows come at another rate than the training rows.
     """
     check_rate_hz("stream", feed.rate_hz, fitted.rate_hz)
-    rows, stage = rows_of(fitted.columns, feed), fitted.stage._streamer(feed)
+    rows, stage = rows_of(fitted.columns.joined, feed), fitted.stage._streamer(feed)
     return None if rows is None or stage is None else StagedStreamer(stage, NetworkRows(fitted, rows, window))

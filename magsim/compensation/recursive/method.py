@@ -9,8 +9,8 @@ from pydantic import Field
 from magsim import signals
 from magsim.columns import FLUX, MAG
 from magsim.compensation.base import FitContext
+from magsim.compensation.column_rows import rows_of
 from magsim.compensation.linear import OFFSET
-from magsim.compensation.platform_rows import platform_rows
 from magsim.compensation.recursive.adaptation import Adaptation, CausalBand, Known
 from magsim.compensation.recursive.streamer import RecursiveStreamer
 from magsim.compensation.saving import State
@@ -127,7 +127,7 @@ class RecursiveTollesLawson(TollesLawson):
 
     def _following(self, feed: Feed) -> RecursiveStreamer:
         feed = replace(feed, rate_hz=round(feed.rate_hz, _DIGITS))
-        rows = platform_rows(self._columns, feed)
+        rows = rows_of(self._columns, feed)
         assert rows is not None
         adaptation = Adaptation(self._known, feed.rate_hz, forgetting_s=self.forgetting_s, anchor_s=self.anchor_s)
         return RecursiveStreamer(rows, self._reading, adaptation, self._fit.offset_nt)

@@ -1,6 +1,6 @@
 """Row by row: one row in, one estimate out, a fixed number of rows later."""
 
-from magsim.compensation.streaming.columns import ColumnRows, FluxgateRows, TollesLawsonRows, rows_of
+from magsim.compensation.streaming.columns import ColumnRows, FluxgateRows, TollesLawsonRows
 from magsim.compensation.streaming.linear import ConstantStreamer, LinearStreamer
 from magsim.compensation.streaming.making import make_stream
 from magsim.compensation.streaming.protocol import Estimate, Feed, Streamer
@@ -21,5 +21,4 @@ __all__ = [
     "TollesLawsonRows",
     "WindowedStreamer",
     "make_stream",
-    "rows_of",
 ]

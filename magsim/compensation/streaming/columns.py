@@ -6,39 +6,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from magsim import columns
-from magsim.compensation.columns import AttitudeColumns, ColumnSet, Joined, TollesLawsonColumns
-from magsim.compensation.columns.attitude import ANGLES
+from magsim.compensation.columns import ChangeColumns, PointColumns
+from magsim.compensation.columns.place import hour_of
+from magsim.compensation.columns.points import short_way
 from magsim.compensation.columns.tolles_lawson import TERMS
 from magsim.compensation.streaming.protocol import Feed, RowWise
 from magsim.compensation.streaming.together import Together
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 
 ColumnRows = RowWise[np.ndarray]
 """Gives the columns of one row, (c,)."""
 
 Vector = tuple[float, float, float]
-
-
-def rows_of(made: ColumnSet, feed: Feed) -> ColumnRows | None:
-    """Return a column set row by row; None for one that has no such form.
-
-    Parameters
-    ----------
-    made : ColumnSet
-    feed : Feed
-    """
-    if isinstance(made, Joined):
-        parts = [rows_of(one, feed) for one in made.sets]
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
-            return None
-        return known[0] if len(known) == 1 else JoinedRows(known)
-    if isinstance(made, AttitudeColumns):
-        return AttitudeRows()
-    if isinstance(made, TollesLawsonColumns) and made.lookahead_rows is not None and made.field is None:
-        by_field = made.eddy == "field"
-        return TollesLawsonRows(FluxgateRows(made.fluxgate), made.terms, made.strength_nt, feed.rate_hz, by_field)
-    return None
 
 
 class FluxgateRows:
@@ -143,16 +122,77 @@ class TollesLawsonRows:
         return np.array([*unit, *induced, *(along[i] * rate[j] for i, j in self._eddy)])
 
 
-class AttitudeRows:
-    """Attitude as ``AttitudeColumns`` gives it, row by row; see ``ColumnRows``."""
+class PointRows:
+    """Columns that follow from the values of a row, row by row; see ``PointColumns`` and ``ColumnRows``."""
 
-    columns = tuple(columns.INS_ATTITUDE.name(angle=angle) for angle in ANGLES)
     lookahead_rows = 0
 
+    def __init__(self, made: PointColumns) -> None:
+        self.columns = made.columns
+        self._made = made
+
     def push(self, values: np.ndarray) -> np.ndarray:
-        """Return roll, pitch, sine and cosine of the heading, (4,); see ``RowWise``."""
-        roll, pitch, heading = np.radians(values)
-        return np.array([roll, pitch, np.sin(heading), np.cos(heading)])
+        """Return the columns of the row; see ``RowWise``."""
+        return self._made.of(values[None])[0]
+
+    def finish(self) -> list[np.ndarray]:
+        """Return nothing: no row is due; see ``RowWise``."""
+        return []
+
+
+class ChangeRows:
+    """Columns that follow from angles and their central differences, row by row; see ``ChangeColumns``."""
+
+    lookahead_rows = 1
+
+    def __init__(self, made: ChangeColumns, rate_hz: float) -> None:
+        self.columns = made.columns
+        self._made, self._rate_hz = made, rate_hz
+        self._before: np.ndarray | None = None
+        self._here: np.ndarray | None = None
+
+    def push(self, values: np.ndarray) -> np.ndarray | None:
+        """Return the columns of the row before; see ``RowWise``."""
+        values = values.copy()
+        row = None if self._here is None else self._row(self._here, values)
+        self._before, self._here = self._here, values
+        return row
+
+    def finish(self) -> list[np.ndarray]:
+        """Return the columns of the last row; see ``RowWise``."""
+        left = [] if self._here is None else [self._row(self._here, None)]
+        self._before = self._here = None
+        return left
+
+    def _row(self, here: np.ndarray, after: np.ndarray | None) -> np.ndarray:
+        """Return the columns of a row; one-sided differences at the ends of a piece, 0 for one row."""
+        steps = [short_way(after - here)] if after is not None else []
+        steps += [short_way(here - self._before)] if self._before is not None else []
+        change = self._rate_hz * np.mean(steps, axis=0) if steps else np.zeros_like(here)
+        return self._made.of(here[None], change[None])[0]
+
+
+class TimeRows:
+    """Time of day, row by row; see ``TimeColumns``.
+
+    Raises
+    ------
+    RequestError
+        If the feed has no date.
+    """
+
+    lookahead_rows = 0
+    columns = (columns.TIME,)
+
+    def __init__(self, feed: Feed) -> None:
+        if feed.start_utc is None:
+            msg = "the time of day needs the date: give the stream start_utc, the instant of time 0"
+            raise RequestError(msg)
+        self._hour = hour_of(feed.start_utc)
+
+    def push(self, values: np.ndarray) -> np.ndarray:
+        """Return the hour; see ``RowWise``."""
+        return self._hour + values / 3600.0
 
     def finish(self) -> list[np.ndarray]:
         """Return nothing: no row is due; see ``RowWise``."""

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.compensation.columns import AttitudeColumns
+from magsim.compensation.columns import AttitudeColumns, AttitudeRateColumns, GyroColumns
 from magsim.errors import RequestError
+from magsim.frames import rot_nb_from_attitude
 from tests.support.worlds import VECTOR, calibration
 
 
@@ -32,3 +33,18 @@ def test_only_the_attitude_of_the_ins_is_read():
     without = replace(r, data={k: v for k, v in r.data.items() if k not in ("ins_roll_deg", "ins_heading_deg")})
     with pytest.raises(RequestError, match="recording 'world' has no column ins_roll_deg, ins_heading_deg"):
         made(without)
+
+
+def test_rates_from_the_attitude_are_the_rates_of_the_rotation_matrix():
+    """In the limit of a small step: the skew part of R' dR/dt, by differences of the matrices themselves."""
+    r = calibration(VECTOR).take(slice(0, 3000))
+    angles = np.radians(r.stack(["ins_roll_deg", "ins_pitch_deg", "ins_heading_deg"]))
+    rot = rot_nb_from_attitude(angles)
+    skew = np.einsum("nji,njk->nik", rot[1:-1], (rot[2:] - rot[:-2]) * 5.0)
+    expected = np.column_stack(
+        [skew[:, 2, 1] - skew[:, 1, 2], skew[:, 0, 2] - skew[:, 2, 0], skew[:, 1, 0] - skew[:, 0, 1]]
+    )
+    got = AttitudeRateColumns()(r)
+    np.testing.assert_allclose(got.matrix[1:-1], 0.5 * expected, rtol=0, atol=2e-4)
+    assert np.abs(expected).max() > 0.3
+    assert got.names == GyroColumns.names == ("rate x", "rate y", "rate z")

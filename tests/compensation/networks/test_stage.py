@@ -1,41 +1,61 @@
-"""Inputs and first stages of networks, by their names."""
+"""First stages of networks, by their names."""
 
 import numpy as np
 import pytest
 
-from magsim.compensation.columns import AttitudeColumns, TollesLawsonColumns
+from magsim.compensation import create
 from magsim.compensation.networks.settings import NetworkSettings
-from magsim.compensation.networks.stage import first_stage, network_columns
+from magsim.compensation.networks.stage import first_stage
+from magsim.errors import RequestError
+from tests.support.inertial import flown
 from tests.support.worlds import World, calibration
 
 
-def test_inputs_are_the_named_column_sets_side_by_side():
-    recording = calibration(World(circuits=1))
-    settings = NetworkSettings(inputs=("attitude", "tl18"))
-    design = network_columns(settings, "cabin", 45_000.0)(recording)
-    expected = [AttitudeColumns()(recording), TollesLawsonColumns(18, "cabin", strength_nt=45_000.0)(recording)]
-    np.testing.assert_array_equal(design.matrix, np.hstack([part.matrix for part in expected]))
-    assert network_columns(settings, "cabin", None).reads == ("ins_{angle}_deg", "flux_{sensor}_{axis}_nt")
-    assert network_columns(NetworkSettings(inputs=("tl16",)), "cabin", None)(recording).matrix.shape[1] == 16
-
-
 @pytest.mark.parametrize(
-    ("name", "terms", "target", "band"),
+    ("name", "terms", "target", "band", "direction"),
     [
-        ("tl16", 16, "interference", "broad"),
-        ("tl18", 18, "interference", "broad"),
-        ("tl16_measured", 16, "measured", "in"),
-        ("tl18_measured", 18, "measured", "in"),
+        ("tl16", 16, "interference", "broad", "ins"),
+        ("tl18", 18, "interference", "broad", "ins"),
+        ("tl16_measured", 16, "measured", "in", "ins"),
+        ("tl18_measured", 18, "measured", "in", "ins"),
+        ("tl16_calibrated", 16, "interference", "in", "calibrated"),
+        ("tl16_auxiliary", 16, "interference", "in", "calibrated"),
     ],
 )
-def test_first_stages_are_tolles_lawson_methods(name, terms, target, band):
-    stage = first_stage(NetworkSettings(first_stage=name, stage_band="broad", scale="sample"), "tail")
+def test_first_stages_are_tolles_lawson_methods(name, terms, target, band, direction):
+    broad = {"stage_band": "broad"} if band == "broad" else {}
+    stage = first_stage(NetworkSettings(first_stage=name, **broad, scale="sample", direction="ins", fluxgate="tail"))
     found = stage.get_params()
     expected = {"terms": terms, "target": target, "band": band, "fluxgate": "tail", "scale": "sample"}
     assert {key: found[key] for key in expected} == expected
+    assert found["direction"] == direction
+    assert bool(found["auxiliary"]) == (name == "tl16_auxiliary")
+
+
+@pytest.mark.parametrize(
+    ("name", "target"),
+    [("exact_norm", "interference"), ("exact_norm_model", "model"), ("exact_norm_measured", "measured")],
+)
+def test_the_exact_norm_is_a_first_stage(name, target):
+    stage = first_stage(NetworkSettings(first_stage=name, fluxgate="tail"))
+    assert (stage.name, stage.target, stage.fluxgate, stage.direction) == (name, target, "tail", "calibrated")
 
 
 def test_the_stage_none_estimates_zero():
     recording = calibration(World(circuits=1))
-    stage = first_stage(NetworkSettings(first_stage="none"), None).fit(recording)
+    stage = first_stage(NetworkSettings(first_stage="none")).fit(recording)
     assert not stage.interference(recording).any()
+
+
+@pytest.mark.parametrize("name", ["none", "tl16_measured", "tl16_auxiliary", "exact_norm"])
+def test_a_band_without_effect_is_refused(name):
+    with pytest.raises(RequestError, match=f"stage_band 'broad' has no effect with first_stage '{name}'"):
+        first_stage(NetworkSettings(first_stage=name, stage_band="broad"))
+
+
+@pytest.mark.parametrize("name", ["tl16_auxiliary", "exact_norm"])
+def test_an_untrained_network_is_its_first_stage(name):
+    method = create("bp", first_stage=name, steps=1, learning_rate=1e-12, hold_out="blocks").fit(flown())
+    expected = create(name).fit(flown()).interference(flown())
+    np.testing.assert_allclose(method.interference(flown()), expected, rtol=0, atol=1e-6)
+    assert set(create(name).fit(flown()).requires) <= set(method.requires)
