@@ -57,12 +57,23 @@ def fitted(name: str, flights: Sequence[Recording], sensor: str | None = None) -
     return method, time.process_time() - began
 
 
-def score(method: Compensator, recording: Recording, fit_s: float = 0.0, *, covered: bool = False) -> Score:
-    """Judge a fitted method on the test rows of a recording; with its coverage where that is asked for."""
-    found = judge(method, recording)
+def score(
+    method: Compensator,
+    recording: Recording,
+    fit_s: float = 0.0,
+    *,
+    covered: bool = False,
+    warmup_s: float | None = None,
+) -> Score:
+    """Judge a fitted method on the test rows of a recording; with its coverage where that is asked for.
+
+    ``warmup_s`` [s] is that of another method that is judged on the same rows; by default the method's own.
+    """
+    warmup_s = method.warmup_s if warmup_s is None else warmup_s
+    found = judge(method, recording, warmup_s=warmup_s)
     sensor = method.sensor_
-    floor_nt = _left(judge(None, recording, sensor=sensor, warmup_s=method.warmup_s))
-    people_nt = _left(judge(None, _seated(recording, sensor), sensor=sensor, warmup_s=method.warmup_s))
+    floor_nt = _left(judge(None, recording, sensor=sensor, warmup_s=warmup_s))
+    people_nt = _left(judge(None, _seated(recording, sensor), sensor=sensor, warmup_s=warmup_s))
     share = coverage(method, recording) if covered else float("nan")
     assert found.interference is not None
     return Score(_left(found), std(found.interference), floor_nt, people_nt, anomaly_gain(found), fit_s, share)
