@@ -1,8 +1,8 @@
 """The contract of every compensator: fit on labeled rows, estimate the interference of blind ones."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Self, final
 
@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from magsim import __version__, columns
 from magsim.compensation import saving
 from magsim.compensation.columns import require
+from magsim.compensation.context import FitContext
 from magsim.compensation.explained import Explained
 from magsim.compensation.parameters import check_parameters, parameters_of, settings_model
 from magsim.compensation.saving import State
@@ -20,29 +21,7 @@ from magsim.dataset import Data, Training, flights_of, read_training
 from magsim.errors import DataError, RequestError
 from magsim.recording import MissingColumnError, Recording
 
-
-@dataclass(frozen=True)
-class FitContext:
-    """What surrounds a fit and is none of its data.
-
-    Attributes
-    ----------
-    seed : int
-        Of all random choices.
-    progress : callable, optional
-        Called now and then with a ``magsim.training.Progress`` by methods that train.
-    checkpoint : Path, optional
-        Folder for the state of methods that train; they continue from what it holds.
-    """
-
-    seed: int = 0
-    progress: Callable[[Any], None] | None = None
-    checkpoint: Path | None = None
-
-    def __post_init__(self) -> None:
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            msg = f"seed {self.seed!r} is not allowed; allowed: a whole number of 0 or more"
-            raise RequestError(msg)
+__all__ = ["Compensator", "FitContext", "restore"]
 
 
 class Compensator(Explained):
@@ -70,6 +49,8 @@ class Compensator(Explained):
         Time at the start of each piece in which the estimate may be NaN.
     adapts : bool
         Whether it learns while it estimates: what it has learned of one piece stays in the next of the same recording.
+    trains : bool
+        Whether it learns in steps, so that device, logs and start weights of a ``FitContext`` have an effect.
     presets : mapping
         Named sets of parameters.
     settings_type : type, optional
@@ -85,6 +66,7 @@ class Compensator(Explained):
     memory_rows: int | None = None
     warmup_s: float = 0.0
     adapts: bool = False
+    trains: bool = False
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {}
     settings_type: ClassVar[type | None] = None
     settings: Any
@@ -118,7 +100,7 @@ class Compensator(Explained):
         training : Training
             Labeled recordings, which of their rows are for validation, and the name of the magnetometer.
         context : FitContext
-            Seed, progress, checkpoint.
+            Seed, progress, checkpoint and, for methods that train in steps, device, logs and start weights.
 
         Raises
         ------
@@ -177,7 +159,7 @@ class Compensator(Explained):
         sensor : str, optional
             The scalar magnetometer; the first one of the first recording if not given.
         context : FitContext, optional
-            Seed, progress, checkpoint.
+            Seed, progress, checkpoint, device, logs, start weights.
 
         Raises
         ------
@@ -194,11 +176,15 @@ class Compensator(Explained):
         if context is not None and not isinstance(context, FitContext):
             msg = f"context is of type {type(context).__name__}; allowed: a FitContext, as in FitContext(seed=3)"
             raise RequestError(msg)
+        context = context or FitContext()
+        if not self.trains:
+            context.refuse_without_effect(self.name)
         self.__dict__.pop("sensor_", None)
         check_parameters(type(self), self.get_params(), self.name)
         for recording in training.recordings:
             self._require(recording)
-        self.learn(training, context or FitContext())
+        with context.logged() as context:
+            self.learn(training, context)
         self.sensor_ = training.sensor
         first = training.recordings[0]
         self._fitted_on = Feed(first.rate_hz, first.blind(self.requires).names("input"))

@@ -1,19 +1,20 @@
 """A run: the folder in which a method is trained and kept, what it is made of, and how it is resumed.
 
 ``run.json`` holds the fingerprint of the run (method, parameters, seed, sensor, the exact rows, the files that
-parameters name), so that two machines agree. Beside it lie the states of the training, until it is through, and then
-the fitted method.
+parameters name), so that two machines agree. Beside it lie the logs of the training and its states, until it is
+through, and then the fitted method.
 """
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from magsim import __version__
 from magsim.compensation import saving
 from magsim.compensation.base import Compensator, FitContext
+from magsim.compensation.context import EVENTS, LOG
 from magsim.dataset import Training
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.recording import Recording
@@ -142,9 +143,10 @@ class Run:
         except OSError as error:
             msg = f"cannot make the folder {folder}: {error.strerror}"
             raise RequestError(msg) from None
-        for name in (*saving.FILES, RUN):
+        for name in (*saving.FILES, RUN, LOG):
             (folder / name).unlink(missing_ok=True)
-        _remove_checkpoint(folder)
+        _remove_phases(folder / CHECKPOINT, "step_*")
+        _remove_phases(folder / EVENTS, "events.out.*")
         text = json.dumps(made_of, indent=1, sort_keys=True) + "\n"
         atomic_text(folder / RUN, text, force=True)
         return cls(folder, is_complete=False)
@@ -157,7 +159,8 @@ class Run:
         MagsimError
             As ``Compensator.fit``; nothing is left of a run that failed before it had a state to resume from.
         """
-        context = FitContext(context.seed, context.progress, self.folder / CHECKPOINT)
+        logs = self.folder if compensator.trains else None
+        context = replace(context, checkpoint=self.folder / CHECKPOINT, logs=logs)
         try:
             compensator.fit_rows(training, context)
         except MagsimError:
@@ -166,7 +169,7 @@ class Run:
                 _remove_empty(self.folder)
             raise
         compensator.save(self.folder)
-        _remove_checkpoint(self.folder)
+        _remove_phases(self.folder / CHECKPOINT, "step_*")
         return compensator
 
 
@@ -178,13 +181,13 @@ def _read(path: Path) -> object:
         raise DataError(msg) from None
 
 
-def _remove_checkpoint(folder: Path) -> None:
-    """Remove the states of the training runs, and nothing else that may lie there."""
-    for phase in sorted((folder / CHECKPOINT).glob("*/")):
-        for path in phase.glob("step_*"):
+def _remove_phases(folder: Path, pattern: str) -> None:
+    """Remove what training has left in the folder of each of its phases, and nothing else that may lie there."""
+    for phase in sorted(folder.glob("*/")):
+        for path in phase.glob(pattern):
             path.unlink()
         _remove_empty(phase)
-    _remove_empty(folder / CHECKPOINT)
+    _remove_empty(folder)
 
 
 def _remove_empty(folder: Path) -> None:

@@ -6,7 +6,6 @@ Neural Networks 5(6), 1994, with the stops of MATLAB's ``trainlm``.
 """
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -102,7 +101,8 @@ def train_levenberg(
     phase : str
         Name of the run in the progress.
     progress : callable, optional
-        Called at each validation; its loss is the mean squared error now.
+        Called at each validation, and with the last one that a run has made which is taken up; its loss is the mean
+        squared error now.
     checkpoint : Checkpoint, optional
         Where the state is kept at each validation; a state found there is taken up, and the end is the same as
         without the break.
@@ -162,14 +162,14 @@ class _Loop:
         if saved:
             self.resume(saved)
         self.value = squares.value(self.vector)
-        self.first = self.run.step
-        self.started = time.monotonic()
 
     def go(self) -> None:
         """Train to the end."""
         run, plan = self.run, self.plan
         if not run.history:
             self.validate()
+        else:
+            self.report()
         while not run.done:
             moved = self.loss > plan.goal and self.step()
             if not moved or run.step % plan.every == 0 or run.step == plan.steps:
@@ -218,10 +218,12 @@ class _Loop:
         if self.checkpoint:
             own = {"parameters": self.vector, "damping": self.damping}
             self.checkpoint.save(run.step, self.module.state_dict(), run.best, own | run.kept())
+        self.report()
+
+    def report(self) -> None:
+        """Tell where the run stands."""
         if self.progress:
-            _, loss, value = run.history[-1]
-            eta_s = 0.0 if run.done else self.eta_s()
-            self.progress(Progress(self.phase, run.step, plan.steps, loss, value, run.best_value, eta_s))
+            self.progress(self.run.progress(self.phase, self.plan.steps))
 
     def resume(self, saved: Saved) -> None:
         """Take up the state of a checkpoint."""
@@ -231,11 +233,6 @@ class _Loop:
             self.vector = vector.reshape(self.vector.shape)
             self.damping = float(saved.state["damping"])
             self.run = RunState.of(saved)
-
-    def eta_s(self) -> float:
-        """Estimated time to the last step [s]; NaN before the first."""
-        made = self.run.step - self.first
-        return (time.monotonic() - self.started) / made * (self.plan.steps - self.run.step) if made else math.nan
 
 
 def _solve(normal: Normal, damping: float) -> Tensor | None:

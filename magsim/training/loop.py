@@ -1,7 +1,6 @@
 """The training loop: Adam with cosine decay, validation, early stopping, the best state kept."""
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -84,7 +83,7 @@ def train(
     phase : str
         Name of the run in the progress.
     progress : callable, optional
-        Called at each validation.
+        Called at each validation, and with the last one that a run has made which is taken up.
     checkpoint : Checkpoint, optional
         Where the state is kept at each validation; a state found there is taken up, and the end is the same as
         without the break.
@@ -127,14 +126,14 @@ class _Loop:
         saved = checkpoint.load() if checkpoint else None
         self.run = _resume(saved, module, self.optimizer, self.generator) if saved else RunState()
         self.recent: list[float] = []
-        self.first = self.run.step
-        self.started = time.monotonic()
 
     def go(self) -> RunState:
         """Train to the end."""
         run = self.run
         if not run.history:
             self.validate()
+        else:
+            self.report()
         while not run.done:
             self.step()
             if run.step % self.plan.every == 0 or run.step == self.plan.steps:
@@ -171,14 +170,13 @@ class _Loop:
         if self.checkpoint:
             own = {"optimizer": self.optimizer.state_dict(), "generator": self.generator.get_state()}
             self.checkpoint.save(run.step, self.module.state_dict(), run.best, own | run.kept())
-        if self.progress:
-            eta_s = 0.0 if run.done else self.eta_s()
-            self.progress(Progress(self.phase, run.step, plan.steps, loss, value, run.best_value, eta_s))
+        self.report()
 
-    def eta_s(self) -> float:
-        """Estimated time to the last step [s]; NaN before the first."""
-        made = self.run.step - self.first
-        return (time.monotonic() - self.started) / made * (self.plan.steps - self.run.step) if made else math.nan
+    def report(self) -> None:
+        """Tell where the run stands."""
+        if self.progress:
+            rate = self.plan.rate(self.run.step)
+            self.progress(self.run.progress(self.phase, self.plan.steps, learning_rate=rate))
 
 
 def _set_gradients(module: nn.Module, losses: Sequence[Tensor], *, surgery: bool) -> float:

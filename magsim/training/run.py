@@ -1,6 +1,7 @@
 """A training run, whatever the optimizer: its progress, its outcome, and what a checkpoint keeps of it."""
 
 import math
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -25,7 +26,11 @@ class Progress:
     valid, best : float
         Validation value now, and the best so far.
     eta_s : float [s]
-        Estimated time to the last step.
+        Estimated time to the last step; NaN before the first that this process makes.
+    spent_s : float [s]
+        Time spent, that before a break included.
+    learning_rate : float
+        Of the next step; NaN for optimizers that have none.
     """
 
     phase: str
@@ -35,6 +40,8 @@ class Progress:
     valid: float
     best: float
     eta_s: float
+    spent_s: float
+    learning_rate: float
 
 
 @dataclass(frozen=True)
@@ -59,7 +66,10 @@ class Outcome:
 
 @dataclass
 class RunState:
-    """State of a run, the part that does not depend on the optimizer."""
+    """State of a run, the part that does not depend on the optimizer.
+
+    ``spent_s`` is the time [s] that processes before this one have spent.
+    """
 
     step: int = 0
     best_step: int = 0
@@ -67,6 +77,10 @@ class RunState:
     best: dict[str, Tensor] = field(default_factory=dict)
     history: list[tuple[int, float, float]] = field(default_factory=list)
     done: bool = False
+    spent_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._first, self._started = self.step, time.monotonic()
 
     def note(self, module: nn.Module, loss: float, value: float) -> None:
         """Take in a validation, and the module's state if it is the best."""
@@ -84,6 +98,16 @@ class RunState:
         """Return what the run came to."""
         return Outcome(self.best_step, self.best_value, self.step, tuple(self.history))
 
+    def progress(self, phase: str, steps: int, *, learning_rate: float = math.nan) -> Progress:
+        """Return where the run stands after its last validation."""
+        _, loss, value = self.history[-1]
+        here_s, made = time.monotonic() - self._started, self.step - self._first
+        rest_s = here_s / made * (steps - self.step) if made else math.nan
+        eta_s = 0.0 if self.done else rest_s
+        return Progress(
+            phase, self.step, steps, loss, value, self.best_value, eta_s, self.spent_s + here_s, learning_rate
+        )
+
     def kept(self) -> dict[str, Any]:
         """Return what a checkpoint keeps beside the weights."""
         return {
@@ -91,6 +115,7 @@ class RunState:
             "best_value": self.best_value,
             "history": [list(row) for row in self.history],
             "done": self.done,
+            "spent_s": self.spent_s + time.monotonic() - self._started,
         }
 
     @classmethod
@@ -98,9 +123,9 @@ class RunState:
         """Return the run that a checkpoint holds; call it inside of ``fitting``."""
         state = saved.state
         history = [(int(step), float(loss), float(value)) for step, loss, value in state["history"]]
-        return cls(
-            saved.step, int(state["best_step"]), float(state["best_value"]), saved.best, history, bool(state["done"])
-        )
+        best_step, best_value = int(state["best_step"]), float(state["best_value"])
+        done, spent_s = bool(state["done"]), float(state["spent_s"])
+        return cls(saved.step, best_step, best_value, saved.best, history, done, spent_s)
 
 
 @contextmanager

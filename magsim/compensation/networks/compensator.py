@@ -63,6 +63,7 @@ class NetworkCompensator(Compensator):
     """
 
     is_windowed: bool = True
+    trains: bool = True
 
     settings_type: ClassVar[type[NetworkSettings]] = NetworkSettings
 
