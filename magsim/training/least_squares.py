@@ -42,7 +42,8 @@ class SquaredErrors:
     weights : (n,), optional
         Weight of the squared errors of each row, not negative.
     operator : (k, g), optional
-        Applied to each g consecutive errors, which are then k; such as a band-pass over g samples.
+        Applied to each g consecutive errors, which are then k; such as a band-pass over g samples. Errors have their
+        weights before, so that rows of weight 0 count as if they were met.
     decay : float
         Weight of the squared parameters, beside the mean of the squared errors.
 
@@ -51,7 +52,7 @@ class SquaredErrors:
     RequestError
         If the network does not map a window to o outputs, or ``torch.func`` cannot differentiate it.
     ValueError
-        If shapes do not go together, or weights are negative or not finite.
+        If shapes do not go together, or weights are negative, all zero or not finite.
     """
 
     def __init__(
@@ -74,8 +75,8 @@ class SquaredErrors:
         self._operator = None if operator is None else self._here(operator)
         self._check_module()
         self._batches = self._cut()
-        terms = targets.numel() if weights is None else float(weights.double().sum()) * targets.shape[1]
-        self.terms = float(terms if operator is None else targets.numel() // operator.shape[1] * operator.shape[0])
+        per_error = 1.0 if operator is None else operator.shape[0] / operator.shape[1]
+        self.terms = targets.numel() * per_error * (1.0 if weights is None else float(weights.double().mean()))
         self._decay = decay * self.terms
 
     def value(self, vector: Tensor) -> float:
@@ -135,11 +136,11 @@ class SquaredErrors:
         return values.to(self.start.device, torch.float64)
 
     def _weighed(self, batch: slice, values: Tensor) -> Tensor:
-        """Weigh errors or derivatives (b, o, q) of a batch, or apply the operator, and put them in rows (m, q)."""
+        """Weigh errors or derivatives (b, o, q) of a batch, apply the operator, and put them in rows (m, q)."""
+        if self._roots is not None:
+            values = self._roots[batch, None, None] * values
         if self._operator is not None:
             values = self._operator @ values.reshape(-1, self._operator.shape[1], values.shape[2])
-        elif self._roots is not None:
-            values = self._roots[batch, None, None] * values
         return values.reshape(-1, values.shape[2])
 
     def _cut(self) -> list[slice]:
@@ -169,14 +170,11 @@ def _check(inputs: Tensor, targets: Tensor, weights: Tensor | None, operator: Te
     if targets.ndim != 2 or len(inputs) != len(targets) or not len(inputs):
         msg = f"inputs {tuple(inputs.shape)} and targets {tuple(targets.shape)}; expected (n, c, t) and (n, o), n >= 1"
         raise ValueError(msg)
-    if weights is not None and operator is not None:
-        msg = "weights of rows and an operator over rows exclude each other"
-        raise ValueError(msg)
-    if weights is not None and (
-        weights.shape != (len(inputs),) or not bool((weights >= 0).all() & weights.isfinite().all())
-    ):
-        msg = f"weights {tuple(weights.shape)}; expected ({len(inputs)},), not negative and finite"
-        raise ValueError(msg)
+    if weights is not None:
+        usable = bool((weights >= 0.0).all() & weights.isfinite().all() & (weights > 0.0).any())
+        if weights.shape != (len(inputs),) or not usable:
+            msg = f"weights {tuple(weights.shape)}; expected ({len(inputs)},), not negative, not all zero and finite"
+            raise ValueError(msg)
     if operator is not None and (operator.shape[1] % targets.shape[1] or targets.numel() % operator.shape[1]):
         msg = (
             f"an operator {tuple(operator.shape)} over {targets.numel()} errors, {targets.shape[1]} a row; expected "

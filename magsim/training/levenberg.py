@@ -97,7 +97,8 @@ def train_levenberg(
     weights : (n,), optional
         Weight of the squared errors of each row, not negative.
     operator : (k, g), optional
-        Applied to each g consecutive errors, which are then k; such as a band-pass over g samples.
+        Applied to each g consecutive errors, which are then k; such as a band-pass over g samples. Errors have their
+        weights before, so that rows of weight 0 count as if they were met.
     phase : str
         Name of the run in the progress.
     progress : callable, optional
@@ -120,7 +121,7 @@ def train_levenberg(
     DataError
         If the loss, a derivative or the validation value is not finite; the module is left in the best state before.
     ValueError
-        If shapes do not go together, or weights are negative or not finite.
+        If shapes do not go together, or weights are negative, all zero or not finite.
     """
     count = sum(parameter.numel() for parameter in module.parameters() if parameter.requires_grad)
     if not 1 <= count <= MOST_PARAMETERS:
