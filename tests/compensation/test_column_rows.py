@@ -16,7 +16,7 @@ from magsim.errors import RequestError
 from tests.support.methods import without
 
 WORDS = (
-    *("tl16", "tl18", "auxiliary", "attitude", "rates", "accelerations", "currents", "voltages", "surfaces"),
+    *("tl16", "tl18", "auxiliary", "attitude", "angles", "rates", "accelerations", "currents", "voltages", "surfaces"),
     *("position", "travel", "height", "time"),
 )
 

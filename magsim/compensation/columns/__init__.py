@@ -1,6 +1,6 @@
 """Column sets: what a method reads of a recording, as columns side by side."""
 
-from magsim.compensation.columns.attitude import AttitudeColumns, AttitudeRateColumns, GyroColumns
+from magsim.compensation.columns.attitude import AngleColumns, AttitudeColumns, AttitudeRateColumns, GyroColumns
 from magsim.compensation.columns.auxiliary import AuxiliaryColumns, ChannelValues, means_of
 from magsim.compensation.columns.base import ColumnSet, Design, Joined, require
 from magsim.compensation.columns.channels import ChannelColumns
@@ -11,6 +11,7 @@ from magsim.compensation.columns.position import PositionColumns, position_colum
 from magsim.compensation.columns.tolles_lawson import Eddy, Terms, TollesLawsonColumns, tolles_lawson_columns
 
 __all__ = [
+    "AngleColumns",
     "AttitudeColumns",
     "AttitudeRateColumns",
     "AuxiliaryColumns",

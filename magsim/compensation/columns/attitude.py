@@ -27,6 +27,19 @@ class AttitudeColumns(PointColumns):
 
 
 @dataclass(frozen=True)
+class AngleColumns(PointColumns):
+    """Roll, pitch and heading [rad], as paper 000 has the attitude; the heading is 0 to 2 pi and jumps in the north."""
+
+    columns = ANGLES
+    names = ("roll", "pitch", "heading")
+    units = ("rad", "rad", "rad")
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Return the angles; see ``PointColumns``."""
+        return np.radians(values)
+
+
+@dataclass(frozen=True)
 class GyroColumns(PointColumns):
     """Angular rates in body axes from the gyros of the INS [rad/s]."""
 

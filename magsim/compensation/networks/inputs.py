@@ -9,6 +9,7 @@ from magsim import columns
 from magsim.compensation.background import Channel, live_channels
 from magsim.compensation.background.channels import KINDS
 from magsim.compensation.columns import (
+    AngleColumns,
     AttitudeColumns,
     AttitudeRateColumns,
     ChannelColumns,
@@ -40,6 +41,7 @@ DIRECTED = ("tl16", "tl18", "auxiliary")
 
 FREE: Mapping[str, ColumnSet] = {
     "attitude": AttitudeColumns(),
+    "angles": AngleColumns(),
     "travel": TravelColumns(),
     "height": HeightColumns(),
     "time": TimeColumns(),

@@ -28,6 +28,7 @@ Input = Literal[
     "tl18",
     "auxiliary",
     "attitude",
+    "angles",
     "rates",
     "accelerations",
     "currents",

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.compensation.columns import AttitudeColumns, AttitudeRateColumns, GyroColumns
+from magsim.compensation.columns import AngleColumns, AttitudeColumns, AttitudeRateColumns, GyroColumns
 from magsim.errors import RequestError
 from magsim.frames import rot_nb_from_attitude
 from tests.support.worlds import VECTOR, calibration
@@ -20,9 +20,19 @@ def test_columns_are_roll_pitch_and_the_direction_of_the_heading():
     assert design.units == ("rad", "rad", "1", "1")
 
 
+def test_angles_are_those_of_the_ins():
+    r = calibration(VECTOR)
+    design = AngleColumns()(r)
+    np.testing.assert_array_equal(
+        design.matrix, np.radians(r.stack([f"ins_{angle}_deg" for angle in ("roll", "pitch", "heading")]))
+    )
+    assert design.names == ("roll", "pitch", "heading")
+
+
 def test_columns_do_not_jump_where_the_heading_wraps():
     r = calibration(VECTOR)
     assert np.abs(np.diff(r["ins_heading_deg"])).max() > 300.0
+    assert np.abs(np.diff(AngleColumns()(r).matrix, axis=0)).max() > 6.0
     assert np.abs(np.diff(AttitudeColumns()(r).matrix, axis=0)).max() < 0.1
 
 
