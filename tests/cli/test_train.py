@@ -42,7 +42,7 @@ def test_network_from_a_file_with_progress_and_the_same_bytes_twice(flight, tmp_
     for name in ("one", "two"):
         code, _, err = run(capsys, "train", "bp.toml", flight.parent, "-o", tmp_path / name)
         assert code == 0
-        assert "select 10/20 loss" in err
+        assert "fold 1 10/20 loss" in err
         assert "ETA" in err
     names = {p.name for p in (tmp_path / "one").iterdir()}
     assert names == {"run.json", "compensator.json", "arrays.npz", "weights.safetensors", "log.csv"}
@@ -94,7 +94,7 @@ def test_a_run_that_was_broken_off_is_resumed(flight, tmp_path, capsys, monkeypa
     monkeypatch.setattr(module, "_lines", lines)
     code, _, err = run(capsys, "train", "bp.toml", flight, "-o", tmp_path / "run", "--resume")
     assert code == 0
-    assert "select 0/20" not in err
+    assert "fold 1 0/20" not in err
     for path in (tmp_path / "whole").iterdir():
         if path.name != "log.csv":  # it has the time that was spent
             assert (tmp_path / "run" / path.name).read_bytes() == path.read_bytes()
@@ -127,8 +127,8 @@ def test_what_is_wrong_in_the_file_is_reported_with_its_line(flight, tmp_path, c
     [
         (("tl61",), 2, "unknown method 'tl61' (did you mean 'tl18'?)"),
         (("tl16", "--sensor", "wing"), 2, "no scalar magnetometer 'wing'; it has cabin"),
-        (("tl16", "--preset", "demo"), 2, "method tl16 has no preset 'demo'; it has none"),
-        (("magtcn", "--preset", "dmo"), 2, "no preset 'dmo' (did you mean 'demo'?); it has demo, cpu, paper"),
+        (("tl16", "--preset", "quick"), 2, "method tl16 has no preset 'quick'; it has none"),
+        (("magtcn", "--preset", "qick"), 2, "no preset 'qick' (did you mean 'quick'?); it has default, quick, paper"),
         (("none.toml",), 2, "none.toml"),
         (("tl16", "--seed", "-1"), 2, "seed"),
         (("tl16:ordr=1",), 2, "method tl16: ordr: unknown key (did you mean 'order'?)"),

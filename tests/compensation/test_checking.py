@@ -17,7 +17,7 @@ from magsim.errors import DataError, RequestError
 from magsim.signals import high_pass
 
 FLUX, MAG = "flux_{sensor}_{axis}_nt", "mag_{sensor}_nt"
-QUICK = {"steps": 4, "every": 2, "batch": 2, "hold_out": "legs"}
+QUICK = {"steps": 4, "every": 2, "batch": 2, "folds": 0}
 SHORT = {**QUICK, "window": 128, "stride": 128}
 SETTINGS = {"magtcn": {**SHORT, "width": 2, "kernel": 11}, "bp": SHORT}
 """Cheap settings of methods that train."""

@@ -100,7 +100,7 @@ def test_a_trained_run_holds_the_method_and_no_checkpoint(training, made_of, tmp
     assert contents(tmp_path / "again") == contents(tmp_path / "run")
 
 
-@pytest.mark.parametrize(("hold_out", "phase"), [("blocks", "select"), ("legs", "refit")])
+@pytest.mark.parametrize(("hold_out", "phase"), [("blocks", "fold 1"), ("split", "all")])
 def test_a_run_that_was_broken_off_ends_as_one_without_a_break(training, tmp_path, hold_out, phase):
     """In the first training run, and in the second, which is the only one without rows to judge by."""
     rows = replace(training, valid=(np.zeros(6400, dtype=bool),))
@@ -143,10 +143,10 @@ def test_a_run_is_not_touched_without_being_asked_to(training, made_of, tmp_path
 def test_replacing_a_broken_off_run_removes_its_states_alone(training, made_of, tmp_path):
     folder = tmp_path / "run"
     with pytest.raises(Broken):
-        fit(folder, training, made_of, break_at("select", 2))
-    (folder / CHECKPOINT / "select" / "notes.txt").write_text("mine")
+        fit(folder, training, made_of, break_at("fold 1", 2))
+    (folder / CHECKPOINT / "fold_1" / "notes.txt").write_text("mine")
     Run.open(folder, made_of, force=True)
-    assert [path.name for path in (folder / CHECKPOINT / "select").iterdir()] == ["notes.txt"]
+    assert [path.name for path in (folder / CHECKPOINT / "fold_1").iterdir()] == ["notes.txt"]
 
 
 def test_folders_that_cannot_be_used_are_refused(made_of, tmp_path):

@@ -11,8 +11,9 @@ import torch
 from torch import nn
 
 from magsim.compensation.base import Compensator, FitContext
+from magsim.compensation.networks.fitted import Fitted, check_rate
+from magsim.compensation.networks.fitting import fit_network
 from magsim.compensation.networks.inputs import inputs_from, most_lookahead, sure_reads
-from magsim.compensation.networks.residual import Fitted, check_rate, fit_residual
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage
@@ -49,7 +50,7 @@ class NetworkReport:
 
 
 class NetworkCompensator(Compensator):
-    """A network on what a closed-form first stage leaves; see ``magsim.compensation.networks.residual``.
+    """A network on what a closed-form first stage leaves; see ``magsim.compensation.networks.fitting``.
 
     Subclasses name their settings, a frozen dataclass whose fields are the parameters, and make the network.
 
@@ -59,7 +60,7 @@ class NetworkCompensator(Compensator):
     is_windowed : bool
         Whether an output depends on other rows of its window.
     outcomes_ : dict of str to Outcome
-        Result of each training run: ``select`` and ``refit``.
+        Result of each training run, by its name: ``fold 1``, ..., ``all``.
     """
 
     is_windowed: bool = True
@@ -104,7 +105,7 @@ class NetworkCompensator(Compensator):
     def learn(self, training: Training, context: FitContext) -> None:
         """Train; see ``Compensator.learn``."""
         identity = {"method": self.name, "params": self.get_params()}
-        self._fitted, self.outcomes_ = fit_residual(
+        self._fitted, self.outcomes_ = fit_network(
             self.settings, self.make_module, training, context, identity=identity
         )
 
@@ -118,7 +119,7 @@ class NetworkCompensator(Compensator):
         inputs = fitted.standardizer(fitted.columns(recording).matrix)
         with reproducible(self.settings.threads):
             out = fitted.output(deepcopy(fitted.module).double(), inputs, recording.time_s)
-        return fitted.stage.interference(recording) + fitted.mean + fitted.scale * out
+        return fitted.stage.interference(recording) + fitted.mean + fitted.gain_nt * out
 
     @property
     def report_(self) -> NetworkReport:
@@ -148,6 +149,7 @@ class NetworkCompensator(Compensator):
             "names": list(fitted.names),
             "mean_nt": fitted.mean,
             "scale_nt": fitted.scale,
+            "weight": fitted.weight,
             "outcomes": outcomes,
         }
         return State(values, arrays, {name: tensor.numpy() for name, tensor in fitted.module.state_dict().items()})
@@ -167,8 +169,9 @@ class NetworkCompensator(Compensator):
             module = self.make_module(names)
         load_weights(module, state.weights)
         columns = inputs_from(self.settings, State(values["inputs"], _under(INPUTS, arrays)))
-        mean, scale, rate_hz = float(values["mean_nt"]), float(values["scale_nt"]), float(values["rate_hz"])
-        self._fitted = Fitted(self.settings, stage, columns, names, standardizer, mean, scale, module, rate_hz)
+        mean, scale, weight = float(values["mean_nt"]), float(values["scale_nt"]), float(values["weight"])
+        rate_hz = float(values["rate_hz"])
+        self._fitted = Fitted(self.settings, stage, columns, names, standardizer, mean, scale, module, rate_hz, weight)
         self.outcomes_ = {name: Outcome(**kept, history=()) for name, kept in values["outcomes"].items()}
 
 

@@ -66,17 +66,23 @@ class ResidualLoss:
     last: bool
 
     def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
-        """Return the loss of a batch: inputs (B, M, T), targets (B, 1, T)."""
+        """Return the loss of a batch: inputs (B, M, T), targets (B, 2, T) with truth and learned rows."""
         inputs, targets = batch
-        return [self.of(module(inputs), targets[:, 0])]
+        return [self.of(module(inputs), targets[:, 0], targets[:, -1])]
 
-    def of(self, output: Tensor, target: Tensor) -> Tensor:
-        """Return the loss of an output, (B, T) or (B, 1), against a target (B, T)."""
-        error = output - (target[:, -1:] if self.last else target)
+    def of(self, output: Tensor, target: Tensor, learned: Tensor) -> Tensor:
+        """Return the loss of an output, (B, T) or (B, 1), against a target (B, T).
+
+        ``learned``, (B, T), is 1 in rows that are learned and 0 in others, whose error counts as none.
+        """
+        if self.last:
+            target, learned = target[:, -1:], learned[:, -1:]
+        error = (output - target) * learned
+        share = learned.mean().clamp_min(1e-6)
         loss = (error**2).mean()
         if self.band is not None:
             loss = loss + self.band_weight * ((error @ self.band) ** 2).mean()
-        return loss
+        return loss / share
 
 
 @dataclass(frozen=True)
@@ -99,11 +105,12 @@ class TutoredLoss:
     steps_per_epoch: float
 
     def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
-        """Return both weighted losses of a batch: inputs (B, M, T), targets (B, 2, T) with truth and tutor."""
+        """Return both weighted losses of a batch: inputs (B, M, T), targets (B, 3, T): truth, tutor, learned rows."""
         inputs, targets = batch
         output = module(inputs)
         share = math.exp(-self.decay * step / self.steps_per_epoch)
-        return [share * self.truth.of(output, targets[:, 1]), (1.0 - share) * self.truth.of(output, targets[:, 0])]
+        losses = [self.truth.of(output, targets[:, i], targets[:, -1]) for i in (1, 0)]
+        return [share * losses[0], (1.0 - share) * losses[1]]
 
 
 Loss = ResidualLoss | TutoredLoss

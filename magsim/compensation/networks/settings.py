@@ -82,14 +82,21 @@ class NetworkSettings:
         Decay rate v of paper 000's loss for each epoch; 0 learns the truth alone.
     surgery : bool
         Free the gradients of the two losses of ``tutor`` from conflicts.
-    hold_out : {"legs", "blocks"}
-        What the first run is judged on: the validation rows, or blocks of time out of training and validation rows. A
-        validation leg flies a heading that no training leg has taught, and either can stop at step 0;
-        ``docs/compensators.md`` has what both give.
+    target : {"interference", "measured"}
+        The label; or the reading itself, for networks that model the field beside the platform.
+    optimizer : {"adam", "lm"}
+        Adam on random windows; or Levenberg-Marquardt in float64 on all rows, for small networks
+        (``magsim.training.train_levenberg``).
+    hold_out : {"split", "legs", "blocks", "flights", "days", "individuals"}
+        What a fold leaves out; see ``magsim.compensation.networks.folds``.
+    folds : int
+        Most folds; 0 trains once, for all steps.
+    shrink : bool
+        Use as much of the network's output as holds on rows that it has not learned; else all.
+    refit : bool
+        Train once more, on all rows; else the network of the last fold is the answer.
     steps, batch, learning_rate, decay, every, patience, threads
         See ``magsim.training.Plan``.
-    refit : bool
-        Make the second run.
     """
 
     inputs: Inputs = ("tl16", "attitude")
@@ -109,7 +116,11 @@ class NetworkSettings:
     decay: bool = True
     every: Count = 100
     patience: Count = 10
-    hold_out: Literal["legs", "blocks"] = "legs"
+    target: Literal["interference", "measured"] = "interference"
+    optimizer: Literal["adam", "lm"] = "adam"
+    hold_out: Literal["split", "legs", "blocks", "flights", "days", "individuals"] = "blocks"
+    folds: Annotated[int, Field(ge=0)] = 3
+    shrink: bool = True
     refit: bool = True
     threads: Count = 1
 

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from magsim.compensation.column_rows import rows_of
-from magsim.compensation.networks.residual import Fitted, check_rate_hz
+from magsim.compensation.networks.fitted import Fitted, check_rate_hz
 from magsim.compensation.streaming import ColumnRows, Feed, Streamer, Together
 
 
@@ -51,7 +51,7 @@ class NetworkRows:
             return float("nan")
         with torch.no_grad():
             out = float(self._module(torch.from_numpy(held))[0, 0])
-        return self._fitted.mean + self._fitted.scale * out
+        return self._fitted.mean + self._fitted.gain_nt * out
 
 
 class StagedStreamer:

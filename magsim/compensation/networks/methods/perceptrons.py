@@ -20,7 +20,8 @@ PRINTED: Mapping[str, object] = {
     "learning_rate": 1e-3,
     "decay": False,
     "every": 100,
-    "hold_out": "legs",
+    "hold_out": "split",
+    "shrink": False,
     "patience": 1000,
     "refit": False,
 }
