@@ -159,7 +159,7 @@ def test_a_training_that_was_broken_off_ends_as_one_without_a_break(recording, t
         make().fit(recording, context=FitContext(progress=breaks, checkpoint=tmp_path))
     seen = []
     resumed = make().fit(recording, context=FitContext(progress=seen.append, checkpoint=tmp_path))
-    assert seen[0].step == 15
+    assert [progress.step for progress in seen[:2]] == [10, 15]
     assert repr(resumed.outcomes_) == repr(whole.outcomes_)
     for name, tensor in whole._fitted.module.state_dict().items():
         assert (tensor == resumed._fitted.module.state_dict()[name]).all()
