@@ -6,6 +6,7 @@ spectrum of a padded piece: for a hundred columns that is ten times faster than 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy import fft, signal
@@ -62,8 +63,6 @@ class Reduction:
     ) -> None:
         self.rate_hz, self.band_hz, self.every = rate_hz, band_hz, every
         self.per_row = rate_hz / every / (2.0 * (band_hz[1] - band_hz[0]))
-        self._sos = signal.butter(4, band_hz, "band", fs=rate_hz, output="sos")
-        self._responses: dict[int, np.ndarray] = {}
         self._pieces: list[_Piece] = []
         for number, (time_s, read) in enumerate(zip(times_s, reads, strict=True)):
             for span in _cut(time_s, read):
@@ -103,18 +102,20 @@ class Reduction:
         padded[:, pad : pad + count] = values
         padded[:, pad + count :] = values[:, -1:]
         spectrum = fft.rfft(padded)
-        response = self._response(size)
+        response = _response(size, self.every, self.rate_hz, self.band_hz)
         thin = fft.irfft(spectrum[:, : len(response)] * response, n=size // self.every)
         first = pad // self.every
         return np.ascontiguousarray(thin[:, first : first + len(piece.keep)][:, piece.keep].T)
 
-    def _response(self, size: int) -> np.ndarray:
-        """Return what the spectrum of a padded piece is multiplied with."""
-        if size not in self._responses:
-            hz = np.arange(size // self.every // 2 + 1) * (self.rate_hz / size)
-            forward = signal.sosfreqz(self._sos, worN=hz, fs=self.rate_hz)[1]
-            self._responses[size] = np.abs(forward) ** 2 / self.every
-        return self._responses[size]
+
+@lru_cache(maxsize=64)
+def _response(size: int, every: int, rate_hz: float, band_hz: tuple[float, float]) -> np.ndarray:
+    """Return what the spectrum of a padded piece is multiplied with."""
+    sos = signal.butter(4, band_hz, "band", fs=rate_hz, output="sos")
+    hz = np.arange(size // every // 2 + 1) * (rate_hz / size)
+    response = np.abs(signal.sosfreqz(sos, worN=hz, fs=rate_hz)[1]) ** 2 / every
+    response.setflags(write=False)
+    return response
 
 
 def _cut(time_s: np.ndarray, read: np.ndarray) -> list[slice]:

@@ -1,9 +1,10 @@
 """The field without the platform, in body axes, as far as inputs tell it."""
 
-from magsim.compensation.background.calibrated import CalibratedField, Regressors
+from magsim.compensation.background.calibrated import CalibratedField, Readings, Regressors
 from magsim.compensation.background.calibration import calibrate
-from magsim.compensation.background.channels import Channel, live_channels
+from magsim.compensation.background.channels import Channel, live_channels, of_kinds
 from magsim.compensation.background.choice import (
+    FLUXGATE_SEES,
     LOOKAHEAD_ROWS,
     BackgroundField,
     Direction,
@@ -16,6 +17,7 @@ from magsim.compensation.background.model import ModelField, model_along
 from magsim.compensation.background.taps import taps
 
 __all__ = [
+    "FLUXGATE_SEES",
     "LOOKAHEAD_ROWS",
     "MODEL_READS",
     "BackgroundField",
@@ -24,11 +26,13 @@ __all__ = [
     "Direction",
     "FluxgateField",
     "ModelField",
+    "Readings",
     "Regressors",
     "background_from",
     "calibrate",
     "fit_background",
     "live_channels",
     "model_along",
+    "of_kinds",
     "taps",
 ]

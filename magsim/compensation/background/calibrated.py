@@ -1,6 +1,7 @@
 """The background from a fluxgate that was calibrated against the INS and the model of the main field."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,25 @@ from magsim.compensation.streaming.protocol import Feed
 from magsim.errors import DataError
 from magsim.recording import Recording
 from magsim.threads import one_blas_thread
+
+
+class Readings(NamedTuple):
+    """What regressors read of a recording.
+
+    Attributes
+    ----------
+    flux : (n, 3) [nT]
+        The fluxgate.
+    channels : (n, k)
+    spans : list of slice
+        Rows without a gap.
+    rate_hz : float
+    """
+
+    flux: np.ndarray
+    channels: np.ndarray
+    spans: list[slice]
+    rate_hz: float
 
 
 @dataclass(frozen=True)
@@ -38,51 +58,25 @@ class Regressors:
         """Number of columns."""
         return 7 + len(self.channels)
 
-    def channels_of(self, recording: Recording) -> np.ndarray:
-        """Return the channels of a recording, (n, k)."""
-        out = np.empty((len(recording), len(self.channels)))
+    def read(self, recording: Recording) -> Readings:
+        """Return fluxgate and channels of a recording; see ``fluxgate_reading`` and ``Channel`` for what is raised."""
+        channels = np.empty((len(recording), len(self.channels)))
         for column, channel in enumerate(self.channels):
-            out[:, column] = channel(recording)
+            channels[:, column] = channel(recording)
+        flux = fluxgate_reading(recording, self.fluxgate)
+        return Readings(flux, channels, signals.spans(recording.time_s), round(recording.rate_hz, 6))
+
+    def derivative(self, readings: Readings, values: np.ndarray, order: int, lag_s: float) -> np.ndarray:
+        """Return a derivative of a series by time, a lag later, (n, ...); order 0 is the series itself."""
+        filtered = taps(order, lag_s, self.lookahead_rows, readings.rate_hz)
+        out = np.empty_like(values)
+        for span in readings.spans:
+            out[span] = filtered(values[span])
         return out
 
-    def __call__(
-        self,
-        recording: Recording,
-        lag_s: float,
-        curvature_s2: float,
-        order: int = 0,
-        channels: np.ndarray | None = None,
-    ) -> np.ndarray:
-        """Return the columns or a derivative of them by time, (n, count).
-
-        Parameters
-        ----------
-        recording : Recording
-        lag_s : float [s]
-            How late the fluxgate is.
-        curvature_s2 : float [s^2]
-            What of the second derivative is added: the bandwidth of the fluxgate.
-        order : int
-            0, 1 or 2.
-        channels : (n, k), optional
-            What ``channels_of`` gives, where it is at hand.
-        """
-        reading = fluxgate_reading(recording, self.fluxgate)
-        rate_hz = recording.rate_hz
-        out = np.empty((len(recording), self.count))
-        out[:, 0] = 0.0 if order else 1.0
-        channels = self.channels_of(recording) if channels is None else channels
-        for span in signals.spans(recording.time_s):
-            out[span, 1:4] = self.derivative(reading[span], order, lag_s, rate_hz)
-            out[span, 4:7] = self.derivative(reading[span], order + 1, lag_s, rate_hz)
-            if not order:  # of no account in a derivative
-                out[span, 1:4] += curvature_s2 * self.derivative(reading[span], 2, lag_s, rate_hz)
-            out[span, 7:] = self.derivative(channels[span], order, 0.0, rate_hz) if order else channels[span]
-        return out
-
-    def derivative(self, values: np.ndarray, order: int, lag_s: float, rate_hz: float) -> np.ndarray:
-        """Return a derivative of a piece by time, a lag later, (n, ...)."""
-        return taps(order, lag_s, self.lookahead_rows, round(rate_hz, 6))(values)
+    def fluxgate_motion(self, readings: Readings, lag_s: float, orders: int) -> list[np.ndarray]:
+        """Return the fluxgate and its derivatives by time, a lag later, (n, 3) each."""
+        return [self.derivative(readings, readings.flux, order, lag_s) for order in range(orders)]
 
 
 def fluxgate_reading(recording: Recording, fluxgate: str) -> np.ndarray:
@@ -141,31 +135,29 @@ class CalibratedField:
 
     def __call__(self, recording: Recording) -> np.ndarray:
         """Return the background in body axes, (n, 3) [nT]."""
-        return self.derivative(recording, 0)
+        return self.motion(self.regressors.read(recording), orders=1)[0]
 
-    def motion(self, recording: Recording, later_s: float = 0.0) -> list[np.ndarray]:
-        """Return the background and its first two derivatives, each (n, 3); see ``derivative``."""
-        channels = self.regressors.channels_of(recording)
-        return [self.derivative(recording, order, later_s, channels) for order in range(3)]
-
-    def derivative(
-        self, recording: Recording, order: int, later_s: float = 0.0, channels: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Return the background or a derivative of it by time, (n, 3) [nT, nT/s, nT/s^2].
+    def motion(self, readings: Readings, later_s: float = 0.0, orders: int = 3) -> list[np.ndarray]:
+        """Return the background and its derivatives by time, (n, 3) each [nT, nT/s, nT/s^2].
 
         Parameters
         ----------
-        recording : Recording
-        order : int
-            0, 1 or 2.
+        readings : Readings
         later_s : float [s]
             How much later than its row it is wanted.
-        channels : (n, k), optional
-            See ``Regressors``.
+        orders : int
+            How many of them: 1 the background alone, to 3.
         """
-        design = self.regressors(recording, self.lag_s + later_s, self.curvature_s2, order, channels)
+        flux = self.regressors.fluxgate_motion(readings, self.lag_s + later_s, max(orders + 1, 3))
+        gain, rate = self.matrix[1:4], self.matrix[4:7]
         with one_blas_thread():
-            return design @ self.matrix
+            seen = readings.channels @ self.matrix[7:]
+            found = [(flux[0] + self.curvature_s2 * flux[2]) @ gain + flux[1] @ rate + self.matrix[0] + seen]
+            # the curvature is of no account in a derivative
+            found += [flux[order] @ gain + flux[order + 1] @ rate for order in range(1, orders)]
+        for order in range(1, orders if readings.channels.shape[1] else 0):
+            found[order] += self.regressors.derivative(readings, seen, order, 0.0)
+        return found
 
     def rows(self, feed: Feed) -> CalibratedRows:
         """Return the background row by row."""

@@ -8,16 +8,16 @@ length in 0.02 to 1 Hz with the deviation that it turns out to have.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from magsim.compensation.background.calibrated import CalibratedField, Regressors, fluxgate_reading
+from magsim.compensation.background.calibrated import CalibratedField, Readings, Regressors
 from magsim.compensation.background.model import Aligned, model_along
 from magsim.compensation.reduction import Reduction
 from magsim.errors import DataError
 from magsim.frames import rotate_back
 from magsim.recording import Recording
-from magsim.signals import spans
 from magsim.threads import one_blas_thread
 
 LENGTH_BAND_HZ = (0.02, 1.0)
@@ -46,20 +46,34 @@ CHANNEL_NT = 30.0
 MOST_LAG_S = 0.6
 
 _STEPS = 3
+_FULL_STEPS = 2
+"""Steps that take the derivatives of the lengths anew: in a later one they have changed by 1e-3 or so."""
+
 _EVERY = 10
 """One of so many rows is compared in direction: the INS is wrong slowly."""
+
+_SOME = slice(None, None, _EVERY)
 
 
 @dataclass(frozen=True)
 class _Flight:
     """One training recording as the fit needs it."""
 
-    recording: Recording
-    aligned: Aligned
+    readings: Readings
+    some: Aligned
+    """Model field in one of ``_EVERY`` rows."""
     length_nt: np.ndarray | None
     """Length of the background where the labels tell it."""
-    channels: np.ndarray
-    """Channels of the regressors."""
+    model_n: np.ndarray | None
+    """Model field in every row, where they do not."""
+
+    @classmethod
+    def of(cls, recording: Recording, readings: Readings, length_nt: np.ndarray | None) -> "_Flight":
+        """Take what is needed of a recording."""
+        if length_nt is not None:
+            return cls(readings, model_along(recording, _SOME), length_nt, None)
+        whole = model_along(recording)
+        return cls(readings, Aligned(whole.rot_nb[_SOME], whole.field_n[_SOME]), None, whole.field_n)
 
 
 @dataclass
@@ -79,6 +93,17 @@ class _Unknowns:
         size = self.matrix.size
         matrix = vector[:size].reshape(3, -1).T
         return _Unknowns(matrix, vector[size:-2].reshape(-1, 3), float(vector[-2]), float(vector[-1]))
+
+
+class _Motion(NamedTuple):
+    """The background of a flight at the unknowns: scaled columns (c, n), field, and how that changes, (3, n) each."""
+
+    flight: _Flight
+    place: int
+    lines: np.ndarray
+    field: np.ndarray
+    rate: np.ndarray
+    bend: np.ndarray
 
 
 def calibrate(
@@ -106,7 +131,7 @@ def calibrate(
         If a value is not finite, rows are too few, or INS, date and fluxgate do not go together.
     """
     flights = [
-        _Flight(recording, model_along(recording), length, regressors.channels_of(recording))
+        _Flight.of(recording, regressors.read(recording), length)
         for recording, length in zip(recordings, lengths, strict=True)
     ]
     times = [recording.time_s for recording in recordings]
@@ -120,22 +145,29 @@ def calibrate(
 
 
 class _Calibration:
-    """Gauss-Newton on direction and length."""
+    """Gauss-Newton on direction and length. Columns of the matrix are in lines, (c, n)."""
 
     def __init__(self, flights: Sequence[_Flight], regressors: Regressors, reduction: Reduction) -> None:
         self.flights, self.regressors, self.reduction = flights, regressors, reduction
-        start = np.vstack([self._raw(flight, 0.0, 0.0) for flight in flights])
-        self.mean, self.scale = start.mean(axis=0), start.std(axis=0)
-        self.mean[0], self.scale[0] = 0.0, 1.0
+        self.mean, self.scale = np.zeros(regressors.count), np.ones(regressors.count)
+        raw = [self._lines(flight, regressors.fluxgate_motion(flight.readings, 0.0, 2), 0.0) for flight in flights]
+        start = np.concatenate(raw, axis=1)
+        self.mean[1:], self.scale[1:] = start[1:].mean(axis=1), start[1:].std(axis=1)
         self.scale[self.scale == 0.0] = 1.0
         self.length_nt = float("nan")
+        self._slopes = np.zeros((0, 0))
+        self._products = self._slopes
 
-    def _raw(self, flight: _Flight, lag_s: float, curvature_s2: float) -> np.ndarray:
-        return self.regressors(flight.recording, lag_s, curvature_s2, 0, flight.channels)
-
-    def design(self, flight: _Flight, lag_s: float, curvature_s2: float) -> np.ndarray:
-        """Return the scaled columns of a flight."""
-        return (self._raw(flight, lag_s, curvature_s2) - self.mean) / self.scale
+    def _lines(self, flight: _Flight, flux: Sequence[np.ndarray], curvature_s2: float) -> np.ndarray:
+        """Return the scaled columns of a flight for the fluxgate and its derivatives."""
+        reading = flux[0] + curvature_s2 * flux[2] if curvature_s2 else flux[0]
+        out = np.empty((self.regressors.count, len(reading)))
+        out[0] = 1.0
+        for first, values in ((1, reading), (4, flux[1]), (7, flight.readings.channels)):
+            own = slice(first, first + values.shape[1])
+            np.subtract(values.T, self.mean[own, None], out=out[own])
+            out[own] /= self.scale[own, None]
+        return out
 
     def field(self, found: _Unknowns) -> CalibratedField:
         """Return what was found, for columns as they are."""
@@ -148,18 +180,17 @@ class _Calibration:
     def solve(self) -> _Unknowns:
         """Find the unknowns."""
         found = self._start()
-        deviation = None
-        for _ in range(_STEPS):
-            found, deviation = self._step(found, deviation)
-        self.length_nt = deviation if deviation is not None else float("nan")
+        for number in range(_STEPS):
+            found = self._step(found, number)
         return found
 
     def _start(self) -> _Unknowns:
         """Fit the direction alone; the coefficients of the derivative tell the lag."""
-        target = np.vstack([flight.aligned.field_b[::_EVERY] for flight in self.flights])
+        target = np.vstack([flight.some.field_b for flight in self.flights])
         lag_s = 0.0
         for _ in range(2):
-            design = np.vstack([self.design(flight, lag_s, 0.0)[::_EVERY] for flight in self.flights])
+            lines = [self._lines(f, self.regressors.fluxgate_motion(f.readings, lag_s, 2), 0.0) for f in self.flights]
+            design = np.concatenate([part[:, _SOME] for part in lines], axis=1).T
             matrix = np.linalg.lstsq(design, target, rcond=None)[0]
             gain, rate = matrix[1:4] / self.scale[1:4, None], matrix[4:7] / self.scale[4:7, None]
             lag_s += float(np.trace(np.linalg.solve(gain, rate))) / 3.0
@@ -167,27 +198,31 @@ class _Calibration:
         matrix[4:7] = 0.0
         return _Unknowns(matrix, np.zeros((len(self.flights), 3)), lag_s, 0.0)
 
-    def _step(self, found: _Unknowns, deviation: float | None) -> tuple[_Unknowns, float]:
-        """Take one Gauss-Newton step; returns also the deviation of the lengths before it."""
+    def _step(self, found: _Unknowns, number: int) -> _Unknowns:
+        """Take one Gauss-Newton step; the later ones with the derivatives of the lengths from the step before."""
         vector = found.as_vector()
         prior = self._prior(len(vector))
         normal, right = np.diag(prior), -prior * vector
-        tables = []
-        for number, flight in enumerate(self.flights):
-            rows, rest, table = self._equations(number, flight, found)
-            normal += rows.T @ rows / INS_NT**2
-            right += rows.T @ rest / INS_NT**2
-            tables.append(table)
-        reduced = self.reduction(tables)
-        jacobian, rest = reduced[:, :-1], reduced[:, -1]
-        now = float(np.sqrt(np.mean(rest**2)))
+        slopes, rests = [], []
+        for place, flight in enumerate(self.flights):
+            motion = self._motion(flight, place, found)
+            self._add_direction(motion, found, normal, right)
+            slope, rest = self._lengths(motion, found, with_slopes=number < _FULL_STEPS)
+            slopes.append(slope)
+            rests.append(rest)
+        if number < _FULL_STEPS:
+            self._slopes = self.reduction(slopes)
+            self._products = self._slopes.T @ self._slopes
+        rest = self.reduction(rests)[:, 0]
+        self.length_nt = float(np.sqrt(np.mean(rest**2)))
         # the first step is far from the end: what it misses is no noise
-        weight = 1.0 / ((0.3 if deviation is None else max(now, 0.01)) ** 2 * self.reduction.per_row)
-        normal += weight * jacobian.T @ jacobian
-        right += weight * jacobian.T @ rest
+        noise_nt = max(self.length_nt, 0.01) if number else 0.3
+        weight = 1.0 / (noise_nt**2 * self.reduction.per_row)
+        normal += weight * self._products
+        right += weight * (self._slopes.T @ rest)
         scale = np.sqrt(np.diag(normal))
         step = np.linalg.solve(normal / scale[:, None] / scale, right / scale) / scale
-        return found.moved(step), now
+        return found.moved(step)
 
     def _prior(self, count: int) -> np.ndarray:
         """Return the inverse variances of all unknowns."""
@@ -199,50 +234,61 @@ class _Calibration:
         prior[-2:] = 1.0 / LAG_S**2, 1.0 / CURVATURE_S2**2
         return prior
 
-    def _equations(self, number: int, flight: _Flight, found: _Unknowns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return Jacobian and rest of some directions, and a table of the same for the lengths of all rows."""
-        columns = self.regressors.count
-        design = self.design(flight, found.lag_s, found.curvature_s2)
-        background = design @ found.matrix
-        turned = rotate_back(flight.aligned.rot_nb, found.offsets_n[number])
-        rate, bend = self._derivatives(flight, found)
-        offset = slice(3 * columns + 3 * number, 3 * columns + 3 * number + 3)
-        some = slice(None, None, _EVERY)
-        rows = np.zeros((len(background[some]), 3, len(found.as_vector())))
-        for axis in range(3):
-            rows[:, axis, axis * columns : (axis + 1) * columns] = design[some]
-        rows[:, :, offset] = -np.swapaxes(flight.aligned.rot_nb[some], 1, 2)
-        rows[:, :, -2], rows[:, :, -1] = rate[some], bend[some]
-        rest = (flight.aligned.field_b + turned - background)[some].ravel()
+    def _motion(self, flight: _Flight, place: int, found: _Unknowns) -> _Motion:
+        """Return the background at the unknowns, and how it changes with them."""
+        flux = self.regressors.fluxgate_motion(flight.readings, found.lag_s, 3)
+        lines = self._lines(flight, flux, found.curvature_s2)
+        gain = found.matrix[1:4] / self.scale[1:4, None]
+        return _Motion(flight, place, lines, found.matrix.T @ lines, gain.T @ flux[1].T, gain.T @ flux[2].T)
 
-        # by its logarithm: the plain length would shrink the background to shrink the noise of the fluxgate
-        length = np.linalg.norm(background, axis=1)
-        mean = float(length.mean())
-        along = background * (mean / length**2)[:, None]
-        table = np.zeros((rows.shape[2] + 1, len(background)))
-        lines = np.ascontiguousarray(design.T)
+    def _add_direction(self, motion: _Motion, found: _Unknowns, normal: np.ndarray, right: np.ndarray) -> None:
+        """Add the normal equations of the direction in some rows of a flight: each axis has a matrix of its own."""
+        columns = self.regressors.count
+        lines, rows = motion.lines[:, _SOME], motion.flight.some
+        turned = rotate_back(rows.rot_nb, found.offsets_n[motion.place])
+        rest = (rows.field_b + turned).T - motion.field[:, _SOME]
+        shared = lines @ lines.T / INS_NT**2
+        # offset of the flight, lag, curvature
+        first = 3 * columns + 3 * motion.place
+        few = [first, first + 1, first + 2, len(right) - 2, len(right) - 1]
         for axis in range(3):
-            np.multiply(lines, along[:, axis], out=table[axis * columns : (axis + 1) * columns])
-        table[-3] = np.einsum("ni,ni->n", along, rate)
-        table[-2] = np.einsum("ni,ni->n", along, bend)
+            others = np.vstack([-rows.rot_nb[:, :, axis].T, motion.rate[axis, _SOME], motion.bend[axis, _SOME]])
+            own = slice(axis * columns, (axis + 1) * columns)
+            normal[own, own] += shared
+            crossed = lines @ others.T / INS_NT**2
+            normal[own, few] += crossed
+            normal[few, own] += crossed.T
+            normal[np.ix_(few, few)] += others @ others.T / INS_NT**2
+            right[own] += lines @ rest[axis] / INS_NT**2
+            right[few] += others @ rest[axis] / INS_NT**2
+
+    def _lengths(self, motion: _Motion, found: _Unknowns, *, with_slopes: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return derivatives of the length of all rows by the unknowns, (u, n) or none, and what is missed, (1, n).
+
+        By its logarithm: the plain length would shrink the background to shrink the noise of the fluxgate.
+        """
+        columns, field, flight, place = self.regressors.count, motion.field, motion.flight, motion.place
+        length = np.sqrt(np.einsum("in,in->n", field, field))
+        mean = float(length.mean())
         if flight.length_nt is not None:
             known = np.where(flight.length_nt > 0.0, flight.length_nt, length)  # a dropout is cut out later
         else:
-            model = flight.aligned.field_n + found.offsets_n[number]
+            assert flight.model_n is not None
+            model = flight.model_n + found.offsets_n[place]
             known = np.linalg.norm(model, axis=1)
-            table[offset] = -(model * (mean / known**2)[:, None]).T
-        table[-1] = mean * np.log(known / length)
-        return rows.reshape(-1, rows.shape[2]), rest, table
-
-    def _derivatives(self, flight: _Flight, found: _Unknowns) -> tuple[np.ndarray, np.ndarray]:
-        """Return how the background changes with lag and with curvature, each (n, 3)."""
-        gain = found.matrix[1:4] / self.scale[1:4, None]
-        reading = fluxgate_reading(flight.recording, self.regressors.fluxgate)
-        out = [np.empty_like(reading), np.empty_like(reading)]
-        for span in spans(flight.recording.time_s):
-            for order, into in enumerate(out, start=1):
-                into[span] = self.regressors.derivative(reading[span], order, found.lag_s, flight.recording.rate_hz)
-        return out[0] @ gain, out[1] @ gain
+        rest = mean * np.log(known / length)
+        if not with_slopes:
+            return np.zeros((0, len(rest))), rest[None]
+        along = field * (mean / length**2)
+        table = np.zeros((len(found.as_vector()), len(length)))
+        for axis in range(3):
+            np.multiply(motion.lines, along[axis], out=table[axis * columns : (axis + 1) * columns])
+        if flight.length_nt is None:
+            first = 3 * columns + 3 * place
+            table[first : first + 3] = -(model * (mean / known**2)[:, None]).T
+        table[-2] = np.einsum("in,in->n", along, motion.rate)
+        table[-1] = np.einsum("in,in->n", along, motion.bend)
+        return table, rest[None]
 
 
 def _check(field: CalibratedField, recordings: Sequence[Recording]) -> None:

@@ -120,6 +120,11 @@ def live_channels(recordings: Sequence[Recording], kinds: Sequence[str]) -> tupl
     return tuple(found)
 
 
+def of_kinds(channels: Sequence[Channel], kinds: Sequence[str]) -> tuple[Channel, ...]:
+    """Return those of some kinds, in the order of the kinds."""
+    return tuple(channel for kind in kinds for channel in channels if KINDS[kind].match(channel.name))
+
+
 def is_live(values: np.ndarray) -> bool:
     """Whether a channel varies by more than its noise."""
     spread = float(np.std(values))

@@ -9,7 +9,7 @@ import numpy as np
 from magsim import columns
 from magsim.compensation.background.calibrated import CalibratedField, Regressors, fluxgate_reading
 from magsim.compensation.background.calibration import calibrate
-from magsim.compensation.background.channels import live_channels
+from magsim.compensation.background.channels import Channel, live_channels
 from magsim.compensation.background.model import ModelField
 from magsim.compensation.background.rows import VectorRows
 from magsim.compensation.columns.direction import pick_fluxgate
@@ -21,6 +21,9 @@ Direction = Literal["fluxgate", "ins", "calibrated"]
 
 LOOKAHEAD_ROWS = 8
 """Rows that the filters of a calibrated fluxgate look ahead by default; more bring nothing."""
+
+FLUXGATE_SEES = ("currents", "surfaces")
+"""Kinds of channels whose field at the fluxgate is calibrated."""
 
 
 class BackgroundField(Protocol):
@@ -77,6 +80,7 @@ def fit_background(
     fluxgate: str | None = None,
     lookahead_rows: int = LOOKAHEAD_ROWS,
     labels: bool = True,
+    channels: tuple[Channel, ...] | None = None,
 ) -> BackgroundField:
     """Return the background by its name, fitted where it must be.
 
@@ -94,6 +98,8 @@ def fit_background(
     lookahead_rows : int
     labels : bool
         Let labels tell the length of the background, where there are any.
+    channels : tuple of Channel, optional
+        What ``live_channels`` gives for ``FLUXGATE_SEES``, where it is at hand.
 
     Raises
     ------
@@ -107,7 +113,7 @@ def fit_background(
     fluxgate = pick_fluxgate(recordings, fluxgate)
     if direction == "fluxgate":
         return FluxgateField(fluxgate)
-    channels = live_channels(recordings, ("currents", "surfaces"))
+    channels = live_channels(recordings, FLUXGATE_SEES) if channels is None else channels
     regressors = Regressors(fluxgate, channels, lookahead_rows)
     lengths = [_labeled_length(recording, sensor) if labels else None for recording in recordings]
     masks = [

@@ -42,8 +42,8 @@ class Aligned(NamedTuple):
         return rotate_back(self.rot_nb, self.field_n)
 
 
-def model_along(recording: Recording) -> Aligned:
-    """Return the model field along a recording.
+def model_along(recording: Recording, rows: slice = slice(None)) -> Aligned:
+    """Return the model field along a recording, or in some of its rows.
 
     Raises
     ------
@@ -65,10 +65,10 @@ def model_along(recording: Recording) -> Aligned:
         row, column = np.argwhere(~np.isfinite(values))[0]
         msg = f"recording {recording.name!r}: {_NAMES[column]} is not finite at {recording.time_s[row]:g} s"
         raise DataError(msg)
-    roll, pitch, heading, lat, lon = np.radians(values[:, :5]).T
-    years = decimal_years(datetime.fromisoformat(str(start)), recording.time_s)
+    roll, pitch, heading, lat, lon = np.radians(values[rows, :5]).T
+    years = decimal_years(datetime.fromisoformat(str(start)), recording.time_s[rows])
     attitude = np.column_stack([roll, pitch, heading])
-    return Aligned(rot_nb_from_attitude(attitude), igrf(lat, lon, values[:, 5], years))
+    return Aligned(rot_nb_from_attitude(attitude), igrf(lat, lon, values[rows, 5], years))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ frequency gives filters that are as exact as the rows allow which they may see: 
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,6 +51,40 @@ class Taps:
         return out
 
 
+class _Weighting(NamedTuple):
+    """What the design of all filters of one shape and rate has in common.
+
+    Attributes
+    ----------
+    omega : (k,) [rad/s]
+    cosines, sines : (k, m)
+        Of the phase of each row at each frequency, weighted by the spectrum of motion, over the number of frequencies.
+    normal : (m, m)
+        Mean squared error as a function of the weights.
+    """
+
+    omega: np.ndarray
+    cosines: np.ndarray
+    sines: np.ndarray
+    normal: np.ndarray
+
+
+@lru_cache(maxsize=16)
+def _weighting(lookahead: int, rate_hz: float, history: int) -> _Weighting:
+    offsets = _offsets(lookahead, rate_hz, history)
+    omega = 2.0 * np.pi * np.linspace(0.0, 0.5 * rate_hz, 512)
+    power = 1.0 / (1.0 + (omega / (2.0 * np.pi * _TOP_HZ)) ** 8)
+    power /= power.sum()
+    phase = omega[:, None] * offsets
+    cosines, sines = power[:, None] * np.cos(phase), power[:, None] * np.sin(phase)
+    normal = np.einsum("km,kn->mn", cosines, np.cos(phase)) + np.einsum("km,kn->mn", sines, np.sin(phase))
+    return _Weighting(omega, cosines, sines, normal + _NOISE**2 * np.eye(len(offsets)))
+
+
+def _offsets(lookahead: int, rate_hz: float, history: int) -> np.ndarray:
+    return np.arange(-history, lookahead + 1) / rate_hz
+
+
 @lru_cache(maxsize=256)
 def taps(order: int, advance_s: float, lookahead: int, rate_hz: float, history: int = HISTORY_ROWS) -> Taps:
     """Design the filter of a derivative of a signal at a later time.
@@ -67,18 +102,10 @@ def taps(order: int, advance_s: float, lookahead: int, rate_hz: float, history: 
         Rows after and before its own that the filter sees.
     rate_hz : float
     """
-    offsets = np.arange(-history, lookahead + 1) / rate_hz
-    omega = 2.0 * np.pi * np.linspace(0.0, 0.5 * rate_hz, 512)
-    power = 1.0 / (1.0 + (omega / (2.0 * np.pi * _TOP_HZ)) ** 8)
-    power /= power.mean()
-    phase = omega[:, None] * offsets
+    offsets = _offsets(lookahead, rate_hz, history)
+    omega, cosines, sines, normal = _weighting(lookahead, rate_hz, history)
     wanted = (1j * omega) ** order * np.exp(1j * omega * advance_s)
-    normal = np.einsum("k,km,kn->mn", power, np.cos(phase), np.cos(phase))
-    normal += np.einsum("k,km,kn->mn", power, np.sin(phase), np.sin(phase))
-    normal = normal / len(omega) + _NOISE**2 * np.eye(len(offsets))
-    right = (power[:, None] * (wanted.real[:, None] * np.cos(phase) + wanted.imag[:, None] * np.sin(phase))).mean(
-        axis=0
-    )
+    right = np.einsum("k,km->m", wanted.real, cosines) + np.einsum("k,km->m", wanted.imag, sines)
     degrees = range(max(order, 1) + 1)
     exact = np.array([offsets**degree for degree in degrees])
     target = np.array([_derivative_of_power(degree, order, advance_s) for degree in degrees])

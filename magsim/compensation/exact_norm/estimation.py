@@ -7,7 +7,7 @@ nothing shrinks to nothing and costs nothing. The noise comes from the residual,
 leaves independent; rows beyond some deviations count less (Huber).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -51,11 +51,14 @@ class FlightRows(NamedTuple):
     target : (n,) [nT]
     beside : (n, e)
         Columns of the Earth's field, fitted beside the sources and never subtracted.
+    derivative : callable
+        Returns the derivative of a series of its rows by time, (n,).
     """
 
     driven: Driven
     target: np.ndarray
     beside: np.ndarray
+    derivative: Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,21 +154,13 @@ class Estimation:
         self.noise_nt, self.per_row = 0.1, reduction.per_row
 
     def step(
-        self,
-        flights: Sequence[FlightRows],
-        rates: Sequence[np.ndarray],
-        at: np.ndarray,
-        later_s: float,
-        *,
-        size_groups: bool,
-    ) -> Estimated:
-        """Return the solution of the problem made linear.
+        self, flights: Sequence[FlightRows], at: np.ndarray, later_s: float, *, size_groups: bool
+    ) -> tuple[np.ndarray, float]:
+        """Return coefficients (k, 3) and lag [s] that solve the problem made linear.
 
         Parameters
         ----------
         flights : sequence of FlightRows
-        rates : sequence of (n,) [nT/s]
-            Derivative of the interference by time at the coefficients.
         at : (k, 3)
             Coefficients where it is made linear.
         later_s : float [s]
@@ -173,14 +168,28 @@ class Estimation:
         size_groups : bool
             Whether the deviations of the groups are found, or left as they are.
         """
-        matrix, rest, own = self._equations(flights, rates, at)
-        scale = np.concatenate([self.size, np.full(matrix.shape[1] - own - 1, DAY_NT), [LATER_S]])
-        matrix = matrix * scale
+        matrix, rest = self._equations(flights, at)
+        days = matrix.shape[1] - at.size - 1
+        matrix *= np.concatenate([self.size, np.full(days, DAY_NT), [LATER_S]])
         start = np.zeros(matrix.shape[1])
-        start[:own], start[-1] = at.ravel() / self.size, later_s / LATER_S
+        start[: at.size], start[-1] = at.ravel() / self.size, later_s / LATER_S
         with one_blas_thread():
-            target = rest + matrix @ start
-            found, root = self._solve(matrix, target, size_groups=size_groups)
+            self._problem = matrix, rest + matrix @ start
+            found = self._solve(size_groups=size_groups)
+        return (found[: at.size] * self.size).reshape(-1, 3), float(found[-1] * LATER_S)
+
+    def settled(self) -> Estimated:
+        """Return the solution of the last step as exact as its rows allow, with its errors.
+
+        The normal equations of the step have lost what the weakest directions need: the next step makes up for that.
+        """
+        (matrix, target), own = self._problem, len(self.size)
+        weights = np.sqrt(self._row_weights / self._variance)
+        rows_of_prior = np.diag(np.sqrt(self._prior(matrix.shape[1])))
+        with one_blas_thread():
+            basis, upper = np.linalg.qr(np.vstack([matrix * weights[:, None], rows_of_prior]))
+            root = solve_triangular(upper, np.eye(len(upper)))
+            found = root @ (basis[: len(target)].T @ (target * weights))
         return Estimated(
             (found[:own] * self.size).reshape(-1, 3),
             root[:own] * self.size[:, None],
@@ -190,19 +199,17 @@ class Estimation:
             self.shrunk[self.group][::3].copy(),
         )
 
-    def _equations(
-        self, flights: Sequence[FlightRows], rates: Sequence[np.ndarray], at: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return reduced columns (sources, days, lag), the reduced rest, and the number of columns of the sources."""
-        own, beside, days = 3 * len(at), flights[0].beside.shape[1], 3 * (len(flights) - 1)
+    def _equations(self, flights: Sequence[FlightRows], at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return reduced columns (sources, days, lag), and the reduced rest."""
+        own, beside, days = at.size, flights[0].beside.shape[1], 3 * (len(flights) - 1)
         contrasts = _contrasts(len(flights))
         tables = []
-        for number, (flight, rate) in enumerate(zip(flights, rates, strict=True)):
+        for number, flight in enumerate(flights):
+            now = exact_interference(flight.driven, at)
             jacobian = _jacobian_lines(flight.driven, at)
             # the first signal is constant: its columns are the direction of the field
             of_day = np.kron(contrasts[number][:, None], jacobian[:3])
-            rest = flight.target - exact_interference(flight.driven, at)
-            tables.append(np.vstack([jacobian, of_day, flight.beside.T, rate, rest]))
+            tables.append(np.vstack([jacobian, of_day, flight.beside.T, flight.derivative(now), flight.target - now]))
         reduced = self.reduction(tables)
         extra = slice(own + days, own + days + beside)
         kept = np.delete(reduced, extra, axis=1)
@@ -212,7 +219,7 @@ class Estimation:
                 kept -= basis @ (basis.T @ kept)
         if self.pairs is not None:
             kept = np.vstack([kept, self._crossed(kept, [np.delete(table, extra, axis=0).T for table in tables])])
-        return kept[:, :-1], kept[:, -1], own
+        return kept[:, :-1], kept[:, -1]
 
     def _crossed(self, band: np.ndarray, tables: Sequence[np.ndarray]) -> np.ndarray:
         """Return the equations of pairs of rows, weighted."""
@@ -222,11 +229,11 @@ class Estimation:
         weight = weight_of_pairs(self.pairs, (band[:, :-1], band[:, -1]), (apart, wanted))
         return weight * np.column_stack([apart, wanted])
 
-    def _solve(self, matrix: np.ndarray, target: np.ndarray, *, size_groups: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Return scaled coefficients and a root of their covariance; noise, groups and weights settle on the way."""
-        rows, per_row = len(target), self.per_row
-        own = len(self.group)
-        weights = np.ones(rows)
+    def _solve(self, *, size_groups: bool) -> np.ndarray:
+        """Return scaled coefficients; noise, groups and weights settle on the way."""
+        (matrix, target), per_row, own = self._problem, self.per_row, len(self.group)
+        rows = len(target)
+        self._row_weights = weights = np.ones(rows)
         normal, right, square = matrix.T @ matrix, matrix.T @ target, target @ target
         for number in range(_ROUNDS):
             before = self.noise_nt, self.shrunk.copy()
@@ -245,19 +252,13 @@ class Estimation:
             if change < _CLOSE:
                 break
             if number == 2:
-                weights = self._weights(target - matrix @ found)
+                self._row_weights = weights = self._weights(target - matrix @ found)
                 if (weights != 1.0).any():
                     weighted = matrix * weights[:, None]
                     normal, right, square = weighted.T @ matrix, weighted.T @ target, (weights * target) @ target
-        # the normal equations have lost what the weakest directions need
-        noise = self.noise_nt * np.sqrt(per_row)
-        rows_of_prior = np.diag(np.sqrt(self._prior(matrix.shape[1])))
-        scaled = np.vstack([matrix * (np.sqrt(weights) / noise)[:, None], rows_of_prior])
-        basis, upper = np.linalg.qr(scaled)
-        root = solve_triangular(upper, np.eye(len(upper)))
-        found = root @ (basis[:rows].T @ (target * np.sqrt(weights) / noise))
+        self._variance = per_row * self.noise_nt**2
         self.per_row = max(_rows_for_one(target - matrix @ found), self.reduction.per_row)
-        return found, root
+        return found
 
     def _weights(self, residual: np.ndarray) -> np.ndarray:
         """Return what each row counts: flights by their own noise, and outliers of a flight less (Huber)."""

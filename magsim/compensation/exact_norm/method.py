@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -19,7 +20,7 @@ from magsim.compensation.exact_norm.estimation import (
     jacobian_of,
     shares_of,
 )
-from magsim.compensation.exact_norm.sources import Sources
+from magsim.compensation.exact_norm.sources import Readings, Sources
 from magsim.compensation.exact_norm.streaming import ExactNormRows, ExactNormStreamer
 from magsim.compensation.observability import check_channels, check_directions
 from magsim.compensation.reduction import Reduction
@@ -133,9 +134,14 @@ class ExactNorm(Compensator):
         directions: tuple[backgrounds.Direction, ...] = ("calibrated", "ins")
         if self.direction != "best":
             directions = (self.direction,)
-        found = [self._fit(direction, target, recordings, training.sensor) for direction in directions]
-        self._sources, self._found = min(found, key=lambda pair: pair[1].noise_nt)
-        self._offset_nt = self._offset(recordings, training.sensor)
+        alive = backgrounds.live_channels(recordings, tuple(dict.fromkeys((*backgrounds.FLUXGATE_SEES, *self._kinds))))
+        found = [self._fit(direction, target, recordings, training.sensor, alive) for direction in directions]
+        self._sources, self._found, self._offset_nt = min(found, key=lambda fit: fit[1].noise_nt)
+
+    @property
+    def _kinds(self) -> Sequence[str]:
+        """Kinds of channels that are sources."""
+        return ("currents", "surfaces", "accelerations") if self.channels is None else self.channels
 
     def _check(self, recordings: Sequence[Recording], sensor: str, *, measured: bool) -> None:
         """Refuse dead channels, and rows in which the field turns too little; see ``Compensator.learn``."""
@@ -149,27 +155,31 @@ class ExactNorm(Compensator):
         check_directions(fields, [recording.name for recording in recordings])
 
     def _fit(
-        self, direction: backgrounds.Direction, target: Target, recordings: Sequence[Recording], sensor: str
-    ) -> tuple[Sources, Estimated]:
-        """Return the sources on one background, and what they do."""
-        sources = self._sources_of(direction, recordings, sensor)
+        self,
+        direction: backgrounds.Direction,
+        target: Target,
+        recordings: Sequence[Recording],
+        sensor: str,
+        alive: tuple[backgrounds.Channel, ...],
+    ) -> tuple[Sources, Estimated, float]:
+        """Return the sources on one background, what they do, and the mean of the labels that they leave [nT]."""
+        sources = self._sources_of(direction, recordings, sensor, alive)
         times, rate_hz = [recording.time_s for recording in recordings], recordings[0].rate_hz
         reduction = Reduction(times, [target.known(r, sensor) for r in recordings], rate_hz)
         estimation = Estimation(sources.table, reduction, target.pairs(recordings, sensor))
-        values = [target.values(recording, sensor) for recording in recordings]
         height = position_columns(recordings, 0, vertical=self.vertical and target.measured).designs
-        beside = [design.matrix for design in height]
+        readings = [sources.read(recording) for recording in recordings]
+        flights: Sequence[FlightRows] = [
+            FlightRows(sources.driven(inputs), target.values(recording, sensor), design.matrix, partial(_rate, inputs))
+            for recording, inputs, design in zip(recordings, readings, height, strict=True)
+        ]
         at, later_s = np.zeros((len(sources.table), 3)), 0.0
-        driven = [sources(recording) for recording in recordings]
         for number in range(_STEPS):
-            if abs(later_s - sources.later_s) > _SAME_S:
-                sources = replace(sources, later_s=later_s)
-                driven = [sources(recording) for recording in recordings]
-            flights = [FlightRows(*row) for row in zip(driven, values, beside, strict=True)]
-            rates = [_rate(exact_interference(one, at), r) for one, r in zip(driven, recordings, strict=True)]
-            found = estimation.step(flights, rates, at, sources.later_s, size_groups=number > 0)
-            at, later_s = found.coefficients, found.later_s
-        return replace(sources, later_s=later_s), found
+            sources, flights = _moved(sources, flights, readings, later_s)
+            at, later_s = estimation.step(flights, at, sources.later_s, size_groups=number > 0)
+        found = estimation.settled()
+        sources, flights = _moved(sources, flights, readings, found.later_s)
+        return replace(sources, later_s=found.later_s), found, self._offset(recordings, sensor, flights, found)
 
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return the length of background and sources minus that of the background, (n,) [nT]; no warm-up."""
@@ -179,7 +189,13 @@ class ExactNorm(Compensator):
         """Return the method row by row; see ``Compensator``."""
         return ExactNormStreamer(ExactNormRows(self._sources, self._found.coefficients, feed), self._offset_nt)
 
-    def _sources_of(self, direction: backgrounds.Direction, recordings: Sequence[Recording], sensor: str) -> Sources:
+    def _sources_of(
+        self,
+        direction: backgrounds.Direction,
+        recordings: Sequence[Recording],
+        sensor: str,
+        alive: tuple[backgrounds.Channel, ...],
+    ) -> Sources:
         field = backgrounds.fit_background(
             direction,
             recordings,
@@ -187,19 +203,19 @@ class ExactNorm(Compensator):
             fluxgate=self.fluxgate,
             lookahead_rows=self.lookahead,
             labels=self.target == "interference",
+            channels=backgrounds.of_kinds(alive, backgrounds.FLUXGATE_SEES),
         )
-        kinds: Sequence[str] = ("currents", "surfaces", "accelerations") if self.channels is None else self.channels
-        channels = backgrounds.live_channels(recordings, kinds)
-        return Sources(field, channels, self.memory, self.repeated, self.lookahead)
+        return Sources(field, backgrounds.of_kinds(alive, self._kinds), self.memory, self.repeated, self.lookahead)
 
-    def _offset(self, recordings: Sequence[Recording], sensor: str) -> float:
+    def _offset(
+        self, recordings: Sequence[Recording], sensor: str, flights: Sequence[FlightRows], found: Estimated
+    ) -> float:
         """Return the mean of the labels that the sources leave; 0 without labels."""
-        label = columns.INTERFERENCE.name(sensor=sensor)
         if self.target != "interference":
             return 0.0
-        at = self._found.coefficients
-        rest = [(r[label] - exact_interference(self._sources(r), at))[r.reads(sensor)] for r in recordings]
-        return float(np.concatenate(rest).mean())
+        rests = [flight.target - exact_interference(flight.driven, found.coefficients) for flight in flights]
+        kept = [rest[recording.reads(sensor)] for rest, recording in zip(rests, recordings, strict=True)]
+        return float(np.concatenate(kept).mean())
 
     # ---- what it tells -----------------------------------------------------------------------------------------
 
@@ -290,10 +306,21 @@ class ExactNorm(Compensator):
         self._offset_nt = float(values["offset_nt"])
 
 
-def _rate(values: np.ndarray, recording: Recording) -> np.ndarray:
+def _moved(
+    sources: Sources, flights: Sequence[FlightRows], readings: Sequence[Readings], later_s: float
+) -> tuple[Sources, Sequence[FlightRows]]:
+    """Return sources and rows for another lag of the scalar magnetometer."""
+    if abs(later_s - sources.later_s) <= _SAME_S:
+        return sources, flights
+    sources = replace(sources, later_s=later_s)
+    pairs = zip(flights, readings, strict=True)
+    return sources, [flight._replace(driven=sources.driven(inputs)) for flight, inputs in pairs]
+
+
+def _rate(readings: Readings, values: np.ndarray) -> np.ndarray:
     """Return the derivative of a series by time, (n,)."""
     out = np.empty_like(values)
-    for span in spans(recording.time_s):
-        derivative = backgrounds.taps(1, 0.0, backgrounds.LOOKAHEAD_ROWS, round(recording.rate_hz, 6))
+    derivative = backgrounds.taps(1, 0.0, backgrounds.LOOKAHEAD_ROWS, readings.rate_hz)
+    for span in readings.spans:
         out[span] = derivative(values[span])
     return out

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magsim import columns, signals
+from magsim.compensation import background as backgrounds
 from magsim.compensation.background import BackgroundField, CalibratedField, Channel, taps
 from magsim.compensation.exact_norm.memory import remembered
 from magsim.recording import Recording
@@ -62,6 +63,25 @@ class Driven(NamedTuple):
     signals: np.ndarray
 
 
+class Readings(NamedTuple):
+    """What sources read of a recording.
+
+    Attributes
+    ----------
+    background : background.Readings, or (n, 3) [nT]
+        What a calibrated background is made from; any other one itself.
+    channels : (n, c)
+    spans : list of slice
+        Rows without a gap.
+    rate_hz : float
+    """
+
+    background: backgrounds.Readings | np.ndarray
+    channels: np.ndarray
+    spans: list[slice]
+    rate_hz: float
+
+
 @dataclass(frozen=True)
 class Sources:
     """Makes the signals of a recording.
@@ -114,22 +134,40 @@ class Sources:
 
     def __call__(self, recording: Recording) -> Driven:
         """Return background and signals of a recording; see ``BackgroundField`` for what is raised."""
-        field, rate, bend = self._motion(recording)
+        return self.driven(self.read(recording))
+
+    def read(self, recording: Recording) -> Readings:
+        """Return what background and signals are made from; see ``BackgroundField`` for what is raised."""
+        known: dict[Channel, np.ndarray] = {}
+        background: backgrounds.Readings | np.ndarray
+        if isinstance(self.background, CalibratedField):
+            background = self.background.regressors.read(recording)
+            known = dict(zip(self.background.regressors.channels, background.channels.T, strict=True))
+        else:
+            background = self.background(recording)
+        channels = np.empty((len(recording), len(self.channels)))
+        for column, channel in enumerate(self.channels):
+            channels[:, column] = known[channel] if channel in known else channel(recording)
+        return Readings(background, channels, signals.spans(recording.time_s), round(recording.rate_hz, 6))
+
+    def driven(self, readings: Readings) -> Driven:
+        """Return background and signals."""
+        field, rate, bend = self._motion(readings)
         parts = [np.ones((len(field), 1)), field, rate, bend]
         if self.memory:
-            spans = signals.spans(recording.time_s)
-            parts.append(np.concatenate([remembered(field[span], repeated=self.repeated) for span in spans]))
-        parts += [channel(recording)[:, None] for channel in self.channels]
-        return Driven(field, np.hstack(parts))
+            parts.append(np.concatenate([remembered(field[span], repeated=self.repeated) for span in readings.spans]))
+        return Driven(field, np.hstack([*parts, readings.channels]))
 
-    def _motion(self, recording: Recording) -> Sequence[np.ndarray]:
+    def _motion(self, readings: Readings) -> Sequence[np.ndarray]:
         """Return the background and its first two derivatives by time."""
         if isinstance(self.background, CalibratedField):
-            return self.background.motion(recording, self.later_s)
-        field = self.background(recording)
+            assert isinstance(readings.background, backgrounds.Readings)
+            return self.background.motion(readings.background, self.later_s)
+        field = readings.background
+        assert isinstance(field, np.ndarray)
         out = [np.empty_like(field) for _ in range(3)]
-        for span in signals.spans(recording.time_s):
-            for order, into in enumerate(out):
-                filtered = taps(order, self.later_s, self.lookahead_rows, round(recording.rate_hz, 6))
+        for order, into in enumerate(out):
+            filtered = taps(order, self.later_s, self.lookahead_rows, readings.rate_hz)
+            for span in readings.spans:
                 into[span] = filtered(field[span])
         return out

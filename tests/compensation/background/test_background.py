@@ -4,8 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
-from magsim.compensation.background import ModelField, background_from, fit_background, live_channels, model_along
+from magsim.compensation.background import (
+    ModelField,
+    background_from,
+    calibration,
+    fit_background,
+    live_channels,
+    model_along,
+)
 from magsim.earth import igrf
 from magsim.errors import DataError, RequestError
 from magsim.signals import in_band
@@ -57,6 +65,34 @@ def test_what_the_field_is_more_than_the_model_is_found_for_each_flight():
     # what is common to both flights is also what a fluxgate may have: only the difference is told apart
     np.testing.assert_allclose(np.diff(field.offsets_n, axis=0)[0], np.subtract(offsets[1], offsets[0]), atol=25.0)
     assert error_of(field, flown(Inertial(offset_n=offsets[0])).where(split="test"))[0] < 0.06
+
+
+@pytest.mark.parametrize("labeled", [True, False])
+def test_a_last_step_with_the_derivatives_of_the_step_before_misses_nothing(labeled, monkeypatch):
+    train = train_of(flown())
+    train = train if labeled else without(train, "interference_")
+    chord = fit_background("calibrated", [train], "cabin")
+    monkeypatch.setattr(calibration, "_FULL_STEPS", 3)
+    full = fit_background("calibrated", [train], "cabin")
+    one, other = chord(train), full(train)
+    np.testing.assert_allclose(one, other, atol=0.1)
+    length = in_band(np.linalg.norm(one, axis=1) - np.linalg.norm(other, axis=1), train.time_s)
+    assert length.std() < 5e-5
+
+
+def test_derivatives_of_the_background_are_those_of_a_spline():
+    recording = flown(Inertial(flux_noise_nt=0.0))
+    field = fit_background("calibrated", [train_of(recording)], "cabin")
+    found = field.motion(field.regressors.read(recording), later_s=0.03)
+    spline = CubicSpline(recording.time_s, field(recording))
+    inside = slice(50, -50)
+    for order, values in enumerate(found):
+        wanted = spline(recording.time_s + 0.03, order)
+        error = (values - wanted)[inside]
+        # a second derivative is smoothed: its filter is designed for the noise of the fluxgate
+        assert np.sqrt(np.mean(error**2)) < (0.03 if order == 2 else 0.005) * np.std(
+            wanted[inside] - wanted[inside].mean(axis=0)
+        ), order
 
 
 def test_a_heading_from_grid_north_is_refused_with_the_remedy():

@@ -35,3 +35,21 @@ def test_a_row_depends_on_no_row_beyond_the_look_ahead():
     filtered = [taps(1, 0.1, 4, 10.0)(series) for series in (values, changed)]
     np.testing.assert_array_equal(filtered[0][:56], filtered[1][:56])
     assert filtered[0][56] != filtered[1][56]
+
+
+def test_weights_are_the_least_squares_of_their_statement():
+    """Motion that is flat to 0.8 Hz and falls with the eighth power above, white noise, and straight lines exactly."""
+    offsets = np.arange(-10, 9) / 10.0
+    omega = 2.0 * np.pi * np.linspace(0.0, 5.0, 512)
+    power = 1.0 / (1.0 + (omega / (2.0 * np.pi * 0.8)) ** 8)
+    root = np.sqrt(power / power.sum())[:, None]
+    phase = omega[:, None] * offsets
+    wanted = 1j * omega * np.exp(0.13j * omega)
+    rows = np.vstack([root * np.cos(phase), root * np.sin(phase), 3e-6 * np.eye(19)])
+    target = np.concatenate([root[:, 0] * wanted.real, root[:, 0] * wanted.imag, np.zeros(19)])
+    # within the weights that are exact for a straight line
+    exact = np.vstack([np.ones(19), offsets])
+    start = np.linalg.lstsq(exact, np.array([0.0, 1.0]), rcond=None)[0]
+    free = np.linalg.svd(exact)[2][2:].T
+    expected = start + free @ np.linalg.lstsq(rows @ free, target - rows @ start, rcond=None)[0]
+    np.testing.assert_allclose(taps(1, 0.13, 8, 10.0).weights, expected, atol=1e-4 * np.abs(expected).max())

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from magsim.compensation import create, load
 from magsim.errors import DataError, RequestError
@@ -93,6 +94,14 @@ def test_the_ins_and_the_model_field_do_for_a_background(test_rows):
 def test_it_comes_back_from_a_file(method, test_rows, tmp_path):
     method.save(tmp_path / "model")
     np.testing.assert_array_equal(load(tmp_path / "model").interference(test_rows), method.interference(test_rows))
+
+
+def test_a_fit_has_the_same_bits_whatever_the_threads(method, test_rows):
+    with threadpool_limits(limits=2, user_api="blas"):
+        other = create("exact_norm").fit(train_of(flown()))
+        estimate = other.interference(test_rows)
+    np.testing.assert_array_equal(other.found_.root, method.found_.root)
+    np.testing.assert_array_equal(estimate, method.interference(test_rows))
 
 
 def test_no_row_beyond_the_look_ahead_counts(method, test_rows):
