@@ -174,22 +174,15 @@ class Estimation:
         start = np.zeros(matrix.shape[1])
         start[: at.size], start[-1] = at.ravel() / self.size, later_s / LATER_S
         with one_blas_thread():
-            self._problem = matrix, rest + matrix @ start
-            found = self._solve(size_groups=size_groups)
+            found = self._solve(matrix, rest + matrix @ start, size_groups=size_groups)
         return (found[: at.size] * self.size).reshape(-1, 3), float(found[-1] * LATER_S)
 
     def settled(self) -> Estimated:
-        """Return the solution of the last step as exact as its rows allow, with its errors.
-
-        The normal equations of the step have lost what the weakest directions need: the next step makes up for that.
-        """
-        (matrix, target), own = self._problem, len(self.size)
-        weights = np.sqrt(self._row_weights / self._variance)
-        rows_of_prior = np.diag(np.sqrt(self._prior(matrix.shape[1])))
+        """Return the solution of the last step, with its errors."""
+        own, upper = len(self.size), self._upper[:-1, :-1]
         with one_blas_thread():
-            basis, upper = np.linalg.qr(np.vstack([matrix * weights[:, None], rows_of_prior]))
             root = solve_triangular(upper, np.eye(len(upper)))
-            found = root @ (basis[: len(target)].T @ (target * weights))
+            found = root @ self._upper[:-1, -1]
         return Estimated(
             (found[:own] * self.size).reshape(-1, 3),
             root[:own] * self.size[:, None],
@@ -229,11 +222,11 @@ class Estimation:
         weight = weight_of_pairs(self.pairs, (band[:, :-1], band[:, -1]), (apart, wanted))
         return weight * np.column_stack([apart, wanted])
 
-    def _solve(self, *, size_groups: bool) -> np.ndarray:
+    def _solve(self, matrix: np.ndarray, target: np.ndarray, *, size_groups: bool) -> np.ndarray:
         """Return scaled coefficients; noise, groups and weights settle on the way."""
-        (matrix, target), per_row, own = self._problem, self.per_row, len(self.group)
-        rows = len(target)
-        self._row_weights = weights = np.ones(rows)
+        rows, per_row = len(target), self.per_row
+        own = len(self.group)
+        weights = np.ones(rows)
         normal, right, square = matrix.T @ matrix, matrix.T @ target, target @ target
         for number in range(_ROUNDS):
             before = self.noise_nt, self.shrunk.copy()
@@ -252,11 +245,17 @@ class Estimation:
             if change < _CLOSE:
                 break
             if number == 2:
-                self._row_weights = weights = self._weights(target - matrix @ found)
+                weights = self._weights(target - matrix @ found)
                 if (weights != 1.0).any():
                     weighted = matrix * weights[:, None]
                     normal, right, square = weighted.T @ matrix, weighted.T @ target, (weights * target) @ target
-        self._variance = per_row * self.noise_nt**2
+        # the normal equations have lost what the weakest directions need
+        equations = np.zeros((rows + matrix.shape[1], matrix.shape[1] + 1))
+        equations[:rows, :-1], equations[:rows, -1] = matrix, target
+        equations[:rows] *= (np.sqrt(weights / per_row) / self.noise_nt)[:, None]
+        np.fill_diagonal(equations[rows:], np.sqrt(self._prior(matrix.shape[1])))
+        self._upper = np.linalg.qr(equations, mode="r")
+        found = solve_triangular(self._upper[:-1, :-1], self._upper[:-1, -1])
         self.per_row = max(_rows_for_one(target - matrix @ found), self.reduction.per_row)
         return found
 
