@@ -254,7 +254,7 @@ class Estimation:
         equations[:rows, :-1], equations[:rows, -1] = matrix, target
         equations[:rows] *= (np.sqrt(weights / per_row) / self.noise_nt)[:, None]
         np.fill_diagonal(equations[rows:], np.sqrt(self._prior(matrix.shape[1])))
-        self._upper = np.linalg.qr(equations, mode="r")
+        self._upper = np.asarray(np.linalg.qr(equations, mode="r"))
         found = solve_triangular(self._upper[:-1, :-1], self._upper[:-1, -1])
         self.per_row = max(_rows_for_one(target - matrix @ found), self.reduction.per_row)
         return found

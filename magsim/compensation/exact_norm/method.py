@@ -20,7 +20,7 @@ from magsim.compensation.exact_norm.estimation import (
     jacobian_of,
     shares_of,
 )
-from magsim.compensation.exact_norm.sources import Readings, Sources
+from magsim.compensation.exact_norm.sources import SourceInputs, Sources
 from magsim.compensation.exact_norm.streaming import ExactNormRows, ExactNormStreamer
 from magsim.compensation.observability import check_channels, check_directions
 from magsim.compensation.reduction import Reduction
@@ -307,7 +307,7 @@ class ExactNorm(Compensator):
 
 
 def _moved(
-    sources: Sources, flights: Sequence[FlightRows], readings: Sequence[Readings], later_s: float
+    sources: Sources, flights: Sequence[FlightRows], readings: Sequence[SourceInputs], later_s: float
 ) -> tuple[Sources, Sequence[FlightRows]]:
     """Return sources and rows for another lag of the scalar magnetometer."""
     if abs(later_s - sources.later_s) <= _SAME_S:
@@ -317,10 +317,10 @@ def _moved(
     return sources, [flight._replace(driven=sources.driven(inputs)) for flight, inputs in pairs]
 
 
-def _rate(readings: Readings, values: np.ndarray) -> np.ndarray:
+def _rate(inputs: SourceInputs, values: np.ndarray) -> np.ndarray:
     """Return the derivative of a series by time, (n,)."""
     out = np.empty_like(values)
-    derivative = backgrounds.taps(1, 0.0, backgrounds.LOOKAHEAD_ROWS, readings.rate_hz)
-    for span in readings.spans:
+    derivative = backgrounds.taps(1, 0.0, backgrounds.LOOKAHEAD_ROWS, inputs.rate_hz)
+    for span in inputs.spans:
         out[span] = derivative(values[span])
     return out

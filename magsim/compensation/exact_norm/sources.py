@@ -63,7 +63,7 @@ class Driven(NamedTuple):
     signals: np.ndarray
 
 
-class Readings(NamedTuple):
+class SourceInputs(NamedTuple):
     """What sources read of a recording.
 
     Attributes
@@ -136,7 +136,7 @@ class Sources:
         """Return background and signals of a recording; see ``BackgroundField`` for what is raised."""
         return self.driven(self.read(recording))
 
-    def read(self, recording: Recording) -> Readings:
+    def read(self, recording: Recording) -> SourceInputs:
         """Return what background and signals are made from; see ``BackgroundField`` for what is raised."""
         known: dict[Channel, np.ndarray] = {}
         background: backgrounds.Readings | np.ndarray
@@ -148,26 +148,26 @@ class Sources:
         channels = np.empty((len(recording), len(self.channels)))
         for column, channel in enumerate(self.channels):
             channels[:, column] = known[channel] if channel in known else channel(recording)
-        return Readings(background, channels, signals.spans(recording.time_s), round(recording.rate_hz, 6))
+        return SourceInputs(background, channels, signals.spans(recording.time_s), round(recording.rate_hz, 6))
 
-    def driven(self, readings: Readings) -> Driven:
+    def driven(self, inputs: SourceInputs) -> Driven:
         """Return background and signals."""
-        field, rate, bend = self._motion(readings)
+        field, rate, bend = self._motion(inputs)
         parts = [np.ones((len(field), 1)), field, rate, bend]
         if self.memory:
-            parts.append(np.concatenate([remembered(field[span], repeated=self.repeated) for span in readings.spans]))
-        return Driven(field, np.hstack([*parts, readings.channels]))
+            parts.append(np.concatenate([remembered(field[span], repeated=self.repeated) for span in inputs.spans]))
+        return Driven(field, np.hstack([*parts, inputs.channels]))
 
-    def _motion(self, readings: Readings) -> Sequence[np.ndarray]:
+    def _motion(self, inputs: SourceInputs) -> Sequence[np.ndarray]:
         """Return the background and its first two derivatives by time."""
         if isinstance(self.background, CalibratedField):
-            assert isinstance(readings.background, backgrounds.Readings)
-            return self.background.motion(readings.background, self.later_s)
-        field = readings.background
+            assert isinstance(inputs.background, backgrounds.Readings)
+            return self.background.motion(inputs.background, self.later_s)
+        field = inputs.background
         assert isinstance(field, np.ndarray)
         out = [np.empty_like(field) for _ in range(3)]
         for order, into in enumerate(out):
-            filtered = taps(order, self.later_s, self.lookahead_rows, readings.rate_hz)
-            for span in readings.spans:
+            filtered = taps(order, self.later_s, self.lookahead_rows, inputs.rate_hz)
+            for span in inputs.spans:
                 into[span] = filtered(field[span])
         return out
