@@ -7,7 +7,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from magsim.compensation.base import Compensator, restore
 from magsim.compensation.parameters import check_parameters
@@ -41,6 +41,7 @@ class Entry:
 
 _TOLLES_LAWSON = "magsim.compensation.tolles_lawson:TollesLawson"
 _EXACT_NORM = "magsim.compensation.exact_norm:ExactNorm"
+_NETWORKS = "magsim.compensation.networks"
 _REGISTRY: dict[str, Entry] = {
     "none": Entry("magsim.compensation.tolles_lawson:Nothing"),
     "tl3": Entry(_TOLLES_LAWSON, {"terms": 3}),
@@ -76,17 +77,41 @@ _REGISTRY: dict[str, Entry] = {
     "bpnn": Entry("magsim.compensation.networks:BPNNCompensator"),
 }
 
-C = TypeVar("C", bound=type[Compensator])
+C = TypeVar("C", bound=Callable[..., Any])
 
 
 def register(name: str, **params: object) -> Callable[[C], C]:
-    """Return a class decorator that makes a method known by a name, with fixed parameters if any are given."""
+    """Return a decorator that makes a method known by a name, with fixed parameters if any are given.
 
-    def decorate(cls: C) -> C:
-        _REGISTRY[name] = Entry(cls, params)
-        return cls
+    It takes a ``Compensator``; or a class of torch modules, or a function that returns one: ``TorchCompensator`` makes
+    a method of it. What it decorates stays as it is.
+
+    Raises
+    ------
+    RequestError
+        If it decorates something else.
+    """
+
+    def decorate(thing: C) -> C:
+        method = _method_of(thing)
+        if method is None:
+            msg = f"method {name!r}: {thing!r} is neither a subclass of Compensator nor makes torch modules"
+            raise RequestError(msg)
+        _REGISTRY[name] = Entry(method, params)
+        return thing
 
     return decorate
+
+
+def _method_of(thing: object) -> type[Compensator] | None:
+    """Return the method that a class or a function stands for; None if it stands for none."""
+    if isinstance(thing, type) and issubclass(thing, Compensator):
+        return thing
+    torch = sys.modules.get("torch")  # who has a module has imported it
+    makes_modules = (
+        torch is not None and issubclass(thing, torch.nn.Module) if isinstance(thing, type) else callable(thing)
+    )
+    return import_module(_NETWORKS).TorchCompensator.of(thing) if makes_modules else None
 
 
 def _plugins() -> dict[str, Entry]:
@@ -127,7 +152,7 @@ def register_file(path: Path, class_name: str) -> str:
     path : Path
         Ends with ``.py``.
     class_name : str
-        A subclass of ``Compensator`` in it.
+        A subclass of ``Compensator`` in it; or a class of torch modules, or a function that returns one.
 
     Returns
     -------
@@ -153,13 +178,16 @@ def register_file(path: Path, class_name: str) -> str:
         del sys.modules[spec.name]
         msg = f"{path}: cannot be imported: {type(error).__name__}: {error}"
         raise RequestError(msg) from error
-    cls = getattr(module, class_name, None)
-    if not (isinstance(cls, type) and issubclass(cls, Compensator)):
-        there = [n for n, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__]
-        msg = f"{path}: has no compensator {class_name!r}; allowed: a subclass of Compensator; it has {there or 'none'}"
+    method = _method_of(getattr(module, class_name, None))
+    if method is None:
+        there = [n for n, v in vars(module).items() if callable(v) and getattr(v, "__module__", "") == module.__name__]
+        msg = (
+            f"{path}: has no compensator {class_name!r}; allowed: a subclass of Compensator, a class of torch modules, "
+            f"or a function that returns one; it has {there or 'none'}"
+        )
         raise RequestError(msg)
     name = f"{path.name}:{class_name}"
-    _REGISTRY[name] = Entry(cls)
+    _REGISTRY[name] = Entry(method)
     return name
 
 

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 
 from magsim.errors import DataError
 from magsim.training.checkpoint import Checkpoint, Saved
-from magsim.training.determinism import reproducible
+from magsim.training.determinism import reproducible, seeded
 from magsim.training.gradients import project_conflicts
 from magsim.training.run import Outcome, Progress, RunState, fitting
 
@@ -93,7 +93,7 @@ def train(
     DataError
         If the loss or the validation value is not finite.
     """
-    with reproducible(plan.threads):
+    with reproducible(plan.threads), seeded(seed):
         loop = _Loop(
             module, batch, losses, measure, plan, seed=seed, phase=phase, progress=progress, checkpoint=checkpoint
         )
@@ -143,6 +143,8 @@ class _Loop:
     def step(self) -> None:
         """One optimizer step."""
         self.module.train()
+        # dropout draws from torch's own generator: from a place in it that a resumed run knows too
+        torch.manual_seed((self.generator.initial_seed() + self.run.step) % 2**63)
         for group in self.optimizer.param_groups:
             group["lr"] = self.plan.rate(self.run.step)
         losses = self.losses(self.module, self.batch(self.generator), self.run.step)

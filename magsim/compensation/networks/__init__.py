@@ -3,6 +3,7 @@
 from magsim import training as _training  # noqa: F401 - its message about a missing torch comes first
 from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.methods.magtcn import MagTCNCompensator
+from magsim.compensation.networks.methods.own import TorchCompensator
 from magsim.compensation.networks.methods.perceptrons import BPCompensator, BPNNCompensator
 
-__all__ = ["BPCompensator", "BPNNCompensator", "MagTCNCompensator", "NetworkCompensator"]
+__all__ = ["BPCompensator", "BPNNCompensator", "MagTCNCompensator", "NetworkCompensator", "TorchCompensator"]
