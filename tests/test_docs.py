@@ -48,6 +48,23 @@ def test_the_own_compensator_of_the_page_can_be_scored(calibration, monkeypatch,
     assert report.value(f"{example}:Mine", "rmse_nt") == report.value("mine", "rmse_nt")
 
 
+def test_the_own_network_of_the_page_can_be_scored(calibration, monkeypatch, tmp_path):
+    from magsim.benchmark import evaluate
+    from magsim.compensation import make, registry
+
+    monkeypatch.setattr(registry, "_REGISTRY", dict(registry._REGISTRY))
+    text = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
+    example = tmp_path / "my_net.py"
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL) if "class Net" in block)
+    example.write_text(code, encoding="utf-8")
+    shortly = {"steps": 4, "every": 2}
+    method = runpy.run_path(str(example))["method"].set_params(**shortly)
+    named = make(f"{example}:Net:window=20:steps=4:every=2")
+    assert named.settings == method.settings
+    report = evaluate(calibration, [method, named, "tl16"])
+    assert report.value("Net", "ir") == report.value("my_net.py:Net", "ir") > 1.0
+
+
 def test_every_method_is_on_the_page():
     from magsim.compensation import names
 

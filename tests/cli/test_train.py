@@ -2,9 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from magsim.cli import progress as module
+from magsim.compensation import load
+from magsim.recording import read_recordings
 from tests.support.commands import run
 from tests.support.worlds import World, calibration
 
@@ -19,6 +22,14 @@ every = 10
 batch = 2
 hidden = [4]
 learning_rate = 0.001
+"""
+
+NET = """
+from torch import nn
+
+
+def Net(channels, window):
+    return nn.Sequential(nn.Flatten(), nn.Linear(channels * window, 1))
 """
 
 
@@ -102,6 +113,21 @@ def test_a_run_that_was_broken_off_is_resumed(flight, tmp_path, capsys, monkeypa
     without_seconds = [[line.split(",")[:2] + line.split(",")[3:] for line in log] for log in logs]
     assert without_seconds[0] == without_seconds[1]
     assert not (tmp_path / "run" / "checkpoint").exists()
+
+
+def test_a_torch_module_of_ones_own(flight, tmp_path, capsys):
+    """Trained, kept, and loaded once its file is named."""
+    (tmp_path / "my_net.py").write_text(NET)
+    assert run(capsys, "train", "my_net.py:Net:window=4:steps=4:every=2", flight, "-q")[0] == 0
+    folder = tmp_path / "runs" / "Net"
+    assert {p.name for p in folder.iterdir()} >= {"run.json", "compensator.json", "arrays.npz", "weights.safetensors"}
+    assert json.loads((folder / "compensator.json").read_text())["method"] == "my_net.py:Net"
+    recording = read_recordings(flight)[0].take(slice(0, 50))
+    assert np.isfinite(load(folder).interference(recording)[3:]).all()
+    code, _, err = run(capsys, "train", "my_net.py:Net:out=seq", flight, "-o", tmp_path / "other", "-q")
+    assert code == 2
+    assert "my_net.py:Net returned shape (2, 1) for windows of shape (2, 20, 320); allowed with out 'seq'" in err
+    assert not (tmp_path / "other").exists()
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,19 @@ class Other:
     pass
 """
 
+NET = """
+from torch import nn
+
+
+class Net(nn.Conv1d):
+    def __init__(self, channels, width=3):
+        super().__init__(channels, 1, width, padding="same")
+
+
+def narrow(channels):
+    return Net(channels, width=1)
+"""
+
 
 @pytest.fixture(autouse=True)
 def _own_registry(monkeypatch):
@@ -70,8 +83,8 @@ def test_names_and_parameters_are_checked():
     assert len(str(error.value).splitlines()) == 2
     with pytest.raises(RequestError, match=r"kernel: .*even"):
         create("magtcn", kernel=50)
-    with pytest.raises(RequestError, match=r"no preset 'dmo' \(did you mean 'demo'\?\)"):
-        create("magtcn", preset="dmo")
+    with pytest.raises(RequestError, match=r"no preset 'qick' \(did you mean 'quick'\?\)"):
+        create("magtcn", preset="qick")
 
 
 @pytest.mark.parametrize("name", names())
@@ -109,7 +122,7 @@ def test_make_has_the_settings_of_the_line():
     made = make("tl16_gradient:order=2:vertical=false")
     assert (made.name, made.order, made.vertical, made.terms) == ("tl16_gradient", 2, False, 16)
     assert not made.is_fitted
-    network = make("bp:preset=demo:hidden=[3, 2]")
+    network = make("bp:preset=quick:hidden=[3, 2]")
     assert network.get_params() == create("bp", preset="quick", hidden=(3, 2)).get_params()
     with pytest.raises(RequestError, match="unknown method 'tl61'"):
         make("tl61:order=1")
@@ -161,6 +174,19 @@ def test_a_class_in_a_file_of_ones_own(file):
         make(f"{file}:Mean:factr=2")
 
 
+@pytest.mark.parametrize("name", ["Net", "narrow"])
+def test_torch_modules_in_a_file_of_ones_own(tmp_path, name):
+    path = tmp_path / "my_net.py"
+    path.write_text(NET)
+    made = make(f"{path}:{name}:window=8:out=seq")
+    assert (made.name, type(made).__name__) == (f"my_net.py:{name}", name)
+    assert (made.settings.window, made.settings.out) == (8, "seq")
+    module = made.make_module(("a", "b")).module
+    assert module.weight.shape == (1, 2, 3 if name == "Net" else 1)
+    with pytest.raises(RequestError, match=r"method my_net\.py:Net: windw: unknown key \(did you mean 'window'"):
+        make(f"{path}:Net:windw=2")
+
+
 @pytest.mark.parametrize(
     ("content", "name", "text"),
     [
@@ -168,7 +194,7 @@ def test_a_class_in_a_file_of_ones_own(file):
         (
             OWN,
             "Men",
-            r"mine.py: has no compensator 'Men'; allowed: a subclass of Compensator; it has \['Mean', 'Other'\]",
+            r"mine.py: has no compensator 'Men'; allowed: .*, a class of torch modules, .*; it has \['Mean', 'Other'\]",
         ),
         (OWN, "Other", "has no compensator 'Other'"),
         (OWN, "np", "has no compensator 'np'"),

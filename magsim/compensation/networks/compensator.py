@@ -104,6 +104,7 @@ class NetworkCompensator(Compensator):
 
     def learn(self, training: Training, context: FitContext) -> None:
         """Train; see ``Compensator.learn``."""
+        self.settings.check()
         identity = {"method": self.name, "params": self.get_params()}
         self._fitted, self.outcomes_ = fit_network(
             self.settings, self.make_module, training, context, identity=identity

@@ -63,7 +63,7 @@ class Fitted:
     def output(self, module: nn.Module, inputs: np.ndarray, time_s: np.ndarray) -> np.ndarray:
         """Return the output of a network over a recording, (n,), NaN in the warm-up."""
         settings = self.settings
-        return apply_network(module, inputs, time_s, window=settings.window, stride=settings.stride, last=settings.last)
+        return apply_network(module, inputs, time_s, window=settings.window, stride=settings.hop, last=settings.last)
 
     def rest(self, recording: Recording, sensor: str) -> np.ndarray:
         """Return what the stage leaves of the target, less its mean, (n,) [nT].

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from magsim.compensation.background import Direction
+from magsim.errors import RequestError
 from magsim.training import Plan
 
 Count = Annotated[int, Field(ge=1)]
@@ -73,8 +74,8 @@ class NetworkSettings:
         Field strength in the Tolles-Lawson columns; see ``TollesLawson``.
     window : int
         Rows of a window.
-    stride : int
-        Rows between windows in use.
+    stride : int, optional
+        Rows between overlapping windows in use; a quarter of the window if not given.
     band_weight : float
         Weight of the in-band error in the loss, beside the broadband error with weight 1; both relative to what the
         stage leaves.
@@ -106,7 +107,7 @@ class NetworkSettings:
     fluxgate: str | None = None
     scale: Literal["constant", "sample"] = "constant"
     window: Count = 320
-    stride: Count = 80
+    stride: Count | None = None
     band_weight: Weight = 1.0
     tutor: Weight = 0.0
     surgery: bool = False
@@ -128,6 +129,22 @@ class NetworkSettings:
     def last(self) -> bool:
         """Whether the network returns the last sample of a window only."""
         return False
+
+    @property
+    def hop(self) -> int:
+        """Rows between overlapping windows in use."""
+        return max(self.window // 4, 1) if self.stride is None else self.stride
+
+    def check(self) -> None:
+        """Refuse settings that do not go together.
+
+        Raises
+        ------
+        RequestError
+        """
+        if self.hop > self.window:
+            msg = f"stride {self.stride} is more than window {self.window}: rows between windows would have no output"
+            raise RequestError(msg)
 
     def plan(self, steps: int) -> Plan:
         """Return the plan of a training run of so many steps."""

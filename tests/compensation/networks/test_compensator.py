@@ -7,7 +7,7 @@ import pytest
 
 from magsim.compensation import create, load
 from magsim.compensation.saving import SETTINGS
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 from tests.support.worlds import World, calibration
 
 FLUX, ATTITUDE = "flux_{sensor}_{axis}_nt", "ins_{angle}_deg"
@@ -73,3 +73,13 @@ def test_results_of_the_training_runs_are_saved(tmp_path):
         kept = method.outcomes_[name]
         assert (outcome.best_step, outcome.best_value, outcome.steps) == (kept.best_step, kept.best_value, kept.steps)
         assert outcome.history == ()
+
+
+def test_windows_that_leave_rows_between_them_are_refused():
+    recording = calibration(World(circuits=1))
+    with pytest.raises(
+        RequestError, match="stride 80 is more than window 40: rows between windows would have no output"
+    ):
+        create("magtcn", window=40, stride=80, **QUICK).fit(recording)
+    assert (create("magtcn").settings.hop, create("magtcn", window=40).settings.hop) == (80, 10)
+    assert create("magtcn", window=3).settings.hop == 1
