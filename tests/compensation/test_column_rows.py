@@ -16,8 +16,8 @@ from magsim.errors import RequestError
 from tests.support.methods import without
 
 WORDS = (
-    *("tl16", "tl18", "auxiliary", "attitude", "angles", "rates", "accelerations", "currents", "voltages", "surfaces"),
-    *("position", "travel", "height", "time"),
+    *("tl16", "tl18", "auxiliary", "attitude", "angles", "rates", "coupled", "accelerations", "currents", "voltages"),
+    *("surfaces", "position", "travel", "height", "time"),
 )
 
 

@@ -1,6 +1,12 @@
 """Column sets: what a method reads of a recording, as columns side by side."""
 
-from magsim.compensation.columns.attitude import AngleColumns, AttitudeColumns, AttitudeRateColumns, GyroColumns
+from magsim.compensation.columns.attitude import (
+    AngleColumns,
+    AttitudeColumns,
+    AttitudeRateColumns,
+    CoupledColumns,
+    GyroColumns,
+)
 from magsim.compensation.columns.auxiliary import AuxiliaryColumns, ChannelValues, means_of
 from magsim.compensation.columns.base import ColumnSet, Design, Joined, require
 from magsim.compensation.columns.channels import ChannelColumns
@@ -19,6 +25,7 @@ __all__ = [
     "ChannelColumns",
     "ChannelValues",
     "ColumnSet",
+    "CoupledColumns",
     "Derivative",
     "Design",
     "Eddy",

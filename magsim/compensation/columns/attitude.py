@@ -1,4 +1,4 @@
-"""Attitude and angular rates as network inputs."""
+"""Attitude, angular rates and products of both as network inputs."""
 
 from dataclasses import dataclass
 
@@ -71,3 +71,22 @@ class AttitudeRateColumns(ChangeColumns):
                 turning * np.cos(roll) * np.cos(pitch) - pitching * np.sin(roll),
             ]
         )
+
+
+@dataclass(frozen=True)
+class CoupledColumns(ChangeColumns):
+    """Each attitude column times each angular rate in body axes, 12 columns.
+
+    With 18 Tolles-Lawson columns and the 4 of the attitude they are the 34 of ``ga_bp``. The abstract of its paper
+    (Sensors 2025, 25(16), 5059) says "attitude angle and attitude angular rate-coupled features"; that these are
+    meant is a guess.
+    """
+
+    columns = ANGLES
+    names = tuple(f"{name} {rate}" for name in AttitudeColumns.names for rate in _AXES)
+    units = ("rad2/s",) * 6 + ("rad/s",) * 6
+
+    def of(self, values: np.ndarray, changes: np.ndarray) -> np.ndarray:
+        """Return the products; see ``ChangeColumns``."""
+        attitude, rates = AttitudeColumns().of(values), AttitudeRateColumns().of(values, changes)
+        return (attitude[:, :, None] * rates[:, None, :]).reshape(len(values), -1)

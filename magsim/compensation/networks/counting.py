@@ -11,6 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from magsim.compensation.networks.modules.magtcn import DepthwiseFFT, GroupedMLP, MagTCN
+from magsim.compensation.networks.modules.recurrent import ActivatedLSTM
 
 Rule = Callable[[Any, Tensor, Tensor], int]
 """Maps a layer, its first input and its first output to multiply-accumulates."""
@@ -47,6 +48,7 @@ RULES: Mapping[type[nn.Module], Rule] = {
     nn.Conv1d: _convolution,
     nn.LSTM: _recurrent,
     nn.GRU: _recurrent,
+    ActivatedLSTM: _recurrent,
     DepthwiseFFT: _depthwise,
     GroupedMLP: _grouped,
     MagTCN: _embedding_and_merging,

@@ -14,6 +14,7 @@ from magsim.compensation.columns import (
     AttitudeRateColumns,
     ChannelColumns,
     ColumnSet,
+    CoupledColumns,
     Design,
     GyroColumns,
     HeightColumns,
@@ -42,6 +43,7 @@ DIRECTED = ("tl16", "tl18", "auxiliary")
 FREE: Mapping[str, ColumnSet] = {
     "attitude": AttitudeColumns(),
     "angles": AngleColumns(),
+    "coupled": CoupledColumns(),
     "travel": TravelColumns(),
     "height": HeightColumns(),
     "time": TimeColumns(),
@@ -211,7 +213,7 @@ def sure_reads(settings: NetworkSettings) -> tuple[str, ...]:
 
 def most_lookahead(settings: NetworkSettings) -> int | None:
     """Return the rows after its own that a row needs, before the training: the most that it may need."""
-    ahead = [1 if word in ("rates", "travel") else 0 for word in settings.inputs if word not in DIRECTED]
+    ahead = [1 if word in ("rates", "travel", "coupled") else 0 for word in settings.inputs if word not in DIRECTED]
     if is_directed(settings):
         most = _platform_settings(settings).lookahead_rows
         if most is None:

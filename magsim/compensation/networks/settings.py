@@ -31,6 +31,7 @@ Input = Literal[
     "attitude",
     "angles",
     "rates",
+    "coupled",
     "accelerations",
     "currents",
     "voltages",

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.compensation.columns import AngleColumns, AttitudeColumns, AttitudeRateColumns, GyroColumns
+from magsim.compensation.columns import AngleColumns, AttitudeColumns, AttitudeRateColumns, CoupledColumns, GyroColumns
 from magsim.errors import RequestError
 from magsim.frames import rot_nb_from_attitude
 from tests.support.worlds import VECTOR, calibration
@@ -58,3 +58,15 @@ def test_rates_from_the_attitude_are_the_rates_of_the_rotation_matrix():
     np.testing.assert_allclose(got.matrix[1:-1], 0.5 * expected, rtol=0, atol=2e-4)
     assert np.abs(expected).max() > 0.3
     assert got.names == GyroColumns.names == ("rate x", "rate y", "rate z")
+
+
+def test_coupled_columns_are_the_products_of_attitude_and_rates():
+    r = calibration(VECTOR).take(slice(0, 3000))
+    design, attitude, rates = (made(r) for made in (CoupledColumns(), AttitudeColumns(), AttitudeRateColumns()))
+    assert len(set(design.names)) == design.matrix.shape[1] == 12
+    for i, angle in enumerate(attitude.names):
+        for j, rate in enumerate(rates.names):
+            place = design.names.index(f"{angle} {rate}")
+            np.testing.assert_array_equal(design.matrix[:, place], attitude.matrix[:, i] * rates.matrix[:, j])
+            assert design.units[place] == ("rad2/s" if attitude.units[i] == "rad" else "rad/s")
+    assert CoupledColumns().reads == AttitudeColumns().reads

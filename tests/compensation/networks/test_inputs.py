@@ -17,8 +17,8 @@ from tests.support.inertial import flown
 from tests.support.methods import with_dropouts, without
 
 EVERY = (
-    *("tl16", "auxiliary", "attitude", "angles", "rates", "accelerations", "currents", "voltages", "surfaces"),
-    *("position", "travel", "height", "time"),
+    *("tl16", "auxiliary", "attitude", "angles", "rates", "coupled", "accelerations", "currents", "voltages"),
+    *("surfaces", "position", "travel", "height", "time"),
 )
 FLUX, ATTITUDE = "flux_{sensor}_{axis}_nt", "ins_{angle}_deg"
 
