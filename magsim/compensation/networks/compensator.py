@@ -170,6 +170,9 @@ class NetworkCompensator(Compensator):
             module = self.make_module(names)
         load_weights(module, state.weights)
         columns = inputs_from(self.settings, State(values["inputs"], _under(INPUTS, arrays)))
+        if columns.count != len(names):
+            msg = f"{columns.count} input columns for {len(names)} names"
+            raise ValueError(msg)
         mean, scale, weight = float(values["mean_nt"]), float(values["scale_nt"]), float(values["weight"])
         rate_hz = float(values["rate_hz"])
         self._fitted = Fitted(self.settings, stage, columns, names, standardizer, mean, scale, module, rate_hz, weight)

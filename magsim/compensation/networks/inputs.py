@@ -12,6 +12,8 @@ from magsim.compensation.columns import (
     AngleColumns,
     AttitudeColumns,
     AttitudeRateColumns,
+    AuxiliaryColumns,
+    ChangeColumns,
     ChannelColumns,
     ColumnSet,
     CoupledColumns,
@@ -20,7 +22,9 @@ from magsim.compensation.columns import (
     HeightColumns,
     Joined,
     PlaceColumns,
+    PointColumns,
     TimeColumns,
+    TollesLawsonColumns,
     TravelColumns,
 )
 from magsim.compensation.columns.base import require
@@ -107,6 +111,11 @@ class InputColumns:
         """Rows after its own that the columns of a row need."""
         return self.joined.lookahead_rows
 
+    @property
+    def count(self) -> int:
+        """Number of columns."""
+        return sum(_count(one) for one in self.joined.sets)
+
     def __call__(self, recording: Recording) -> Design:
         """Return the columns of a recording; see ``ColumnSet``."""
         return self.joined(recording)
@@ -122,6 +131,16 @@ class InputColumns:
             "left_out": list(self.left_out),
         }
         return State(values, {} if platform is None else platform.arrays)
+
+
+def _count(one: ColumnSet) -> int:
+    if isinstance(one, TollesLawsonColumns):
+        return one.terms
+    if isinstance(one, AuxiliaryColumns):
+        return 3 * len(one.channels)
+    if isinstance(one, ChannelColumns):
+        return len(one.channels)
+    return len(one.names) if isinstance(one, PointColumns | ChangeColumns) else 1
 
 
 def fit_inputs(settings: NetworkSettings, training: Training) -> InputColumns:

@@ -1,5 +1,6 @@
 """Inputs of networks by their names: what they are, what is left out, and what is refused."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from magsim.compensation.checking.flight import check_flight
 from magsim.compensation.columns import AttitudeColumns, TollesLawsonColumns
 from magsim.compensation.networks.inputs import FREE, fit_inputs, inputs_from, most_lookahead, sure_reads
 from magsim.compensation.networks.settings import NetworkSettings
+from magsim.compensation.saving import SETTINGS
 from magsim.dataset import flights_of, read_training
 from magsim.errors import DataError, RequestError
 from tests.support.inertial import flown
@@ -130,6 +132,7 @@ def test_what_was_found_comes_back_from_its_state():
     np.testing.assert_array_equal(back(recording).matrix, made(recording).matrix)
     assert back(recording).names == made(recording).names
     assert back.left_out == made.left_out
+    assert back.count == len(made(recording).names)
     assert set(sure_reads(settings)) < set(made.reads)
 
 
@@ -163,6 +166,11 @@ def test_a_recording_that_lacks_a_channel_is_refused_by_its_name(tmp_path):
     method.save(tmp_path)
     back = load(tmp_path)
     np.testing.assert_array_equal(back.interference(two), method.interference(two))
+    settings = json.loads((tmp_path / SETTINGS).read_text())
+    settings["learned"]["inputs"]["channels"]["currents"].pop()
+    (tmp_path / SETTINGS).write_text(json.dumps(settings))
+    with pytest.raises(DataError, match="the saved method cannot be read: 18 input columns for 19 names"):
+        load(tmp_path)
     assert (back.requires, back.report_, back.lookahead_rows) == (
         method.requires,
         method.report_,
