@@ -232,7 +232,8 @@ def sure_reads(settings: NetworkSettings) -> tuple[str, ...]:
 
 def most_lookahead(settings: NetworkSettings) -> int | None:
     """Return the rows after its own that a row needs, before the training: the most that it may need."""
-    ahead = [1 if word in ("rates", "travel", "coupled") else 0 for word in settings.inputs if word not in DIRECTED]
+    found = [FREE[word].lookahead_rows for word in settings.inputs if word in FREE]
+    ahead = [rows for rows in found if rows is not None] + [int("rates" in settings.inputs)]
     if is_directed(settings):
         most = _platform_settings(settings).lookahead_rows
         if most is None:
