@@ -32,9 +32,9 @@ def train(  # noqa: PLR0917 - the options
     """Train METHOD on RECORDINGS: files, or folders of them.
 
     METHOD is a name such as tl16, magtcn or bp, with settings if need be (tl16_gradient:order=2:vertical=false); a
-    class of your own, my_file.py:MyMethod; or a TOML file with the keys method, preset, seed, sensor and a table
-    [params]; options win over the file. The rows with split train are learned, those with split valid may guide or be
-    learned too, those with split test are never looked at. Recordings without a split are learned whole.
+    class of your own or a torch module, my_file.py:MyMethod; or a TOML file with the keys method, preset, seed, sensor
+    and a table [params]; options win over the file. The rows with split train are learned, those with split valid may
+    guide or be learned too, those with split test are never looked at. Recordings without a split are learned whole.
     """
     from magsim.cli.progress import training as display
     from magsim.compensation import FitContext, create
