@@ -75,6 +75,10 @@ _REGISTRY: dict[str, Entry] = {
     "magtcn": Entry("magsim.compensation.networks:MagTCNCompensator"),
     "bp": Entry("magsim.compensation.networks:BPCompensator"),
     "bpnn": Entry("magsim.compensation.networks:BPNNCompensator"),
+    "williams": Entry("magsim.compensation.networks:WilliamsCompensator"),
+    "resnet": Entry("magsim.compensation.networks:ResNetCompensator"),
+    "res_bp": Entry("magsim.compensation.networks:ResBpCompensator"),
+    "subnetworks": Entry("magsim.compensation.networks:SubnetworksCompensator"),
 }
 
 C = TypeVar("C", bound=Callable[..., Any])

@@ -8,6 +8,7 @@ import torch
 
 from magsim import columns
 from magsim.compensation import Compensator, FitContext, create, load, names
+from magsim.compensation.networks import NetworkCompensator
 from magsim.dataset import Dataset
 from magsim.errors import DataError, RequestError
 from tests.support.inertial import flown
@@ -64,6 +65,12 @@ METHODS = {
         "direction": "ins",
         "first_stage": "tl16_auxiliary",
     },
+    "williams": {**QUICK, "hidden": 2},
+    "resnet": {**QUICK, "width": 2, "blocks": 1},
+    "resnet causal": {**QUICK, "width": 2, "blocks": 1, "causal": True},
+    "resnet last": {**QUICK, "width": 2, "blocks": 1, "window": 50, "head": "last"},
+    "res_bp": {**QUICK, "width": 4, "layers": 1},
+    "subnetworks": QUICK,
 }
 REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary", "bp wide", "bpnn ins"}
 READ_THE_READING = {"tl16_recursive", "vector_tl", "exact_norm_adaptive"}
@@ -73,7 +80,7 @@ WORLD = World(eddy_tau_s=0.01)
 def learn(method, recording):
     """Fit, and shift the weights of a network, since one that is trained so little may still return nothing."""
     method.fit(recording)
-    if method.name in ("magtcn", "bp", "bpnn"):
+    if isinstance(method, NetworkCompensator):
         generator = torch.Generator().manual_seed(0)
         with torch.no_grad():
             for parameter in method._fitted.module.parameters():

@@ -5,5 +5,19 @@ from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.methods.magtcn import MagTCNCompensator
 from magsim.compensation.networks.methods.own import TorchCompensator
 from magsim.compensation.networks.methods.perceptrons import BPCompensator, BPNNCompensator
+from magsim.compensation.networks.methods.res_bp import ResBpCompensator
+from magsim.compensation.networks.methods.resnet import ResNetCompensator
+from magsim.compensation.networks.methods.subnetworks import SubnetworksCompensator
+from magsim.compensation.networks.methods.williams import WilliamsCompensator
 
-__all__ = ["BPCompensator", "BPNNCompensator", "MagTCNCompensator", "NetworkCompensator", "TorchCompensator"]
+__all__ = [
+    "BPCompensator",
+    "BPNNCompensator",
+    "MagTCNCompensator",
+    "NetworkCompensator",
+    "ResBpCompensator",
+    "ResNetCompensator",
+    "SubnetworksCompensator",
+    "TorchCompensator",
+    "WilliamsCompensator",
+]

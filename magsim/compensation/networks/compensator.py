@@ -57,13 +57,10 @@ class NetworkCompensator(Compensator):
     Attributes
     ----------
     settings : NetworkSettings
-    is_windowed : bool
-        Whether an output depends on other rows of its window.
     outcomes_ : dict of str to Outcome
         Result of each training run, by its name: ``fold 1``, ..., ``all``.
     """
 
-    is_windowed: bool = True
     trains: bool = True
 
     settings_type: ClassVar[type[NetworkSettings]] = NetworkSettings
@@ -86,8 +83,8 @@ class NetworkCompensator(Compensator):
 
     @property
     def lookahead_rows(self) -> int | None:  # type: ignore[override]
-        """Those of the columns where windows end at the output; overlapping windows look ahead without limit."""
-        if self.is_windowed and not self.settings.last:
+        """Those of the columns where an output sees no later row; overlapping windows look ahead without limit."""
+        if self.settings.context is None:
             return None
         if self.is_fitted:
             found = self._fitted.columns.lookahead_rows, self._fitted.stage.lookahead_rows
@@ -98,9 +95,9 @@ class NetworkCompensator(Compensator):
 
     @property
     def warmup_s(self) -> float:  # type: ignore[override]
-        """One window where only its last sample is returned; taken at 10 Hz before ``fit`` has seen a rate."""
+        """The rows before the first output; taken at 10 Hz before ``fit`` has seen a rate."""
         rate_hz = self._fitted.rate_hz if hasattr(self, "_fitted") else 10.0
-        return (self.settings.window - 1) / rate_hz if self.settings.last else 0.0
+        return ((self.settings.context or 1) - 1) / rate_hz
 
     def learn(self, training: Training, context: FitContext) -> None:
         """Train; see ``Compensator.learn``."""
@@ -119,7 +116,7 @@ class NetworkCompensator(Compensator):
         check_rate(recording, fitted.rate_hz)
         inputs = fitted.standardizer(fitted.columns(recording).matrix)
         with reproducible(self.settings.threads):
-            out = fitted.output(deepcopy(fitted.module).double(), inputs, recording.time_s)
+            out = fitted.output(deepcopy(fitted.module).double(), inputs, recording.time_s, platform=True)
         return fitted.stage.interference(recording) + fitted.mean + fitted.gain_nt * out
 
     @property
@@ -130,7 +127,8 @@ class NetworkCompensator(Compensator):
 
     def _streamer(self, feed: Feed) -> Streamer | None:
         """Return stage and network row by row; see ``Compensator``."""
-        return network_streamer(self._fitted, feed, window=self.settings.window if self.is_windowed else 1)
+        context = self.settings.context
+        return None if context is None else network_streamer(self._fitted, feed, context=context)
 
     def state(self) -> State:
         """Return scales, first stage and weights; see ``Compensator.state``."""

@@ -60,10 +60,20 @@ class Fitted:
         values = self.standardizer(self.columns(recording).matrix)
         return values if self.settings.optimizer == "lm" else values.astype(np.float32)
 
-    def output(self, module: nn.Module, inputs: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-        """Return the output of a network over a recording, (n,), NaN in the warm-up."""
+    def output(
+        self, module: nn.Module, inputs: np.ndarray, time_s: np.ndarray, *, platform: bool = False
+    ) -> np.ndarray:
+        """Return the output of a network over a recording, or the platform's part of it, (n,), NaN in the warm-up."""
         settings = self.settings
-        return apply_network(module, inputs, time_s, window=settings.window, stride=settings.hop, last=settings.last)
+        return apply_network(
+            module,
+            inputs,
+            time_s,
+            window=settings.window,
+            stride=settings.hop,
+            context=settings.context,
+            platform=platform,
+        )
 
     def rest(self, recording: Recording, sensor: str) -> np.ndarray:
         """Return what the stage leaves of the target, less its mean, (n,) [nT].

@@ -211,7 +211,7 @@ class _Run:
     def _loss(self, recordings: Sequence[Recording], rest: Sequence[np.ndarray], rows: int) -> Loss:
         settings = self.settings
         band, weight = None, 0.0
-        if settings.band_weight > 0.0 and not settings.last:
+        if settings.band_weight > 0.0 and settings.outputs > 1:
             parts = [in_band(part, recording.time_s) for part, recording in zip(rest, recordings, strict=True)]
             inside = np.concatenate(parts)
             if not len(inside):
@@ -219,13 +219,13 @@ class _Run:
                 raise DataError(msg)
             weight = settings.band_weight / max(float(inside.var()), 1e-12)
             try:
-                matrix = band_matrix(settings.window, recordings[0].rate_hz)
+                matrix = band_matrix(settings.outputs, recordings[0].rate_hz)
             except ValueError as error:
                 raise RequestError(str(error)) from None
             band = torch.tensor(matrix.T, dtype=torch.float32)
-        truth = ResidualLoss(band, weight, settings.last)
+        truth = ResidualLoss(band, weight)
         if settings.tutor > 0.0:
-            rows_per_step = settings.batch * (1 if settings.last else settings.window)
+            rows_per_step = settings.batch * settings.outputs
             return TutoredLoss(truth, settings.tutor, rows / rows_per_step)
         return truth
 

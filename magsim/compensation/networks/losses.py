@@ -57,13 +57,10 @@ class ResidualLoss:
         ``band_matrix`` transposed, None for the broadband part alone.
     band_weight : float
         Weight of the in-band part; both parts are relative to the variance of what there is to learn.
-    last : bool
-        The network returns the last sample of a window only.
     """
 
     band: Tensor | None
     band_weight: float
-    last: bool
 
     def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
         """Return the loss of a batch: inputs (B, M, T), targets (B, 2, T) with truth and learned rows."""
@@ -71,12 +68,12 @@ class ResidualLoss:
         return [self.of(module(inputs), targets[:, 0], targets[:, -1])]
 
     def of(self, output: Tensor, target: Tensor, learned: Tensor) -> Tensor:
-        """Return the loss of an output, (B, T) or (B, 1), against a target (B, T).
+        """Return the loss of an output (B, K) against a target (B, T), whose last K samples the output is of.
 
         ``learned``, (B, T), is 1 in rows that are learned and 0 in others, whose error counts as none.
         """
-        if self.last:
-            target, learned = target[:, -1:], learned[:, -1:]
+        first = target.shape[1] - output.shape[1]
+        target, learned = target[:, first:], learned[:, first:]
         error = (output - target) * learned
         share = learned.mean().clamp_min(1e-6)
         loss = (error**2).mean()

@@ -12,6 +12,16 @@ from magsim.training import Plan
 Count = Annotated[int, Field(ge=1)]
 Weight = Annotated[float, Field(ge=0.0)]
 Rate = Annotated[float, Field(gt=0.0, le=1.0)]
+
+
+def _odd(value: int) -> int:
+    if value % 2 == 0:
+        msg = f"{value} is even; a kernel has an odd number of samples"
+        raise ValueError(msg)
+    return value
+
+
+Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
 FirstStage = Literal[
     "none",
     "tl16",
@@ -127,9 +137,17 @@ class NetworkSettings:
     threads: Count = 1
 
     @property
-    def last(self) -> bool:
-        """Whether the network returns the last sample of a window only."""
-        return False
+    def context(self) -> int | None:
+        """Rows that an output is made from, its own the last of them; None where it sees both sides of its window.
+
+        A network with a context gives an output for the last ``outputs`` rows of its window.
+        """
+        return None
+
+    @property
+    def outputs(self) -> int:
+        """Rows of a window that have an output."""
+        return self.window if self.context is None else self.window - self.context + 1
 
     @property
     def hop(self) -> int:
@@ -145,6 +163,9 @@ class NetworkSettings:
         """
         if self.hop > self.window:
             msg = f"stride {self.stride} is more than window {self.window}: rows between windows would have no output"
+            raise RequestError(msg)
+        if self.context is not None and self.context > self.window:
+            msg = f"window: {self.window} rows are fewer than the {self.context} that an output is made from"
             raise RequestError(msg)
 
     def plan(self, steps: int) -> Plan:

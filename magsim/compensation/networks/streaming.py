@@ -7,6 +7,7 @@ import torch
 
 from magsim.compensation.column_rows import rows_of
 from magsim.compensation.networks.fitted import Fitted, check_rate_hz
+from magsim.compensation.networks.windows import platform_of
 from magsim.compensation.streaming import ColumnRows, Feed, Streamer, Together
 
 
@@ -18,15 +19,15 @@ class NetworkRows:
     fitted : Fitted
     rows : RowWise of (c,)
         Its input columns.
-    window : int
+    context : int
         Rows that an output is made from; NaN until there are as many.
     """
 
-    def __init__(self, fitted: Fitted, rows: ColumnRows, window: int) -> None:
+    def __init__(self, fitted: Fitted, rows: ColumnRows, context: int) -> None:
         self._fitted = fitted
-        self._module = deepcopy(fitted.module).double().eval()
+        self._platform = platform_of(deepcopy(fitted.module).double().eval())
         self._rows = rows
-        self._held = np.zeros((1, len(fitted.names), window))
+        self._held = np.zeros((1, len(fitted.names), context))
         self._count = 0
         self.columns = rows.columns
         self.lookahead_rows = rows.lookahead_rows
@@ -50,7 +51,7 @@ class NetworkRows:
         if self._count < held.shape[2]:
             return float("nan")
         with torch.no_grad():
-            out = float(self._module(torch.from_numpy(held))[0, 0])
+            out = float(self._platform(torch.from_numpy(held))[0, 0])
         return self._fitted.mean + self._fitted.gain_nt * out
 
 
@@ -72,7 +73,7 @@ class StagedStreamer:
         return [stage + network for stage, network in self._together.finish()]
 
 
-def network_streamer(fitted: Fitted, feed: Feed, *, window: int) -> StagedStreamer | None:
+def network_streamer(fitted: Fitted, feed: Feed, *, context: int) -> StagedStreamer | None:
     """Return a trained pair of stage and network row by row; None if its columns have no such form.
 
     Raises
@@ -82,4 +83,4 @@ def network_streamer(fitted: Fitted, feed: Feed, *, window: int) -> StagedStream
     """
     check_rate_hz("stream", feed.rate_hz, fitted.rate_hz)
     rows, stage = rows_of(fitted.columns.joined, feed), fitted.stage._streamer(feed)
-    return None if rows is None or stage is None else StagedStreamer(stage, NetworkRows(fitted, rows, window))
+    return None if rows is None or stage is None else StagedStreamer(stage, NetworkRows(fitted, rows, context))

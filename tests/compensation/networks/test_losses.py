@@ -29,8 +29,8 @@ def test_losses():
     inside = error @ band_matrix(200, 10.0).T
     expected = np.mean(error**2) + 4.0 * np.mean(inside**2)
     learned = torch.ones(3, 200)
-    assert float(ResidualLoss(band, 4.0, last=False).of(out, truth, learned)) == pytest.approx(expected, rel=1e-5)
-    last = ResidualLoss(None, 0.0, last=True).of(out[:, :1], truth, learned)
+    assert float(ResidualLoss(band, 4.0).of(out, truth, learned)) == pytest.approx(expected, rel=1e-5)
+    last = ResidualLoss(None, 0.0).of(out[:, :1], truth, learned)
     assert float(last) == pytest.approx(np.mean((out[:, 0] - truth[:, -1]).numpy() ** 2), rel=1e-5)
 
 
@@ -42,11 +42,11 @@ def test_rows_that_are_not_learned_count_for_nothing():
     error = ((out - truth) * learned).numpy().astype(float)
     inside = error @ band_matrix(200, 10.0).T
     expected = (np.mean(error**2) + 4.0 * np.mean(inside**2)) / learned.numpy().mean()
-    loss = ResidualLoss(band, 4.0, last=False)
+    loss = ResidualLoss(band, 4.0)
     assert float(loss.of(out, truth, learned)) == pytest.approx(expected, rel=1e-5)
     changed = torch.where(learned > 0.0, truth, truth + 5.0)
     assert float(loss.of(out, changed, learned)) == pytest.approx(expected, rel=1e-5)
-    last = ResidualLoss(None, 0.0, last=True)
+    last = ResidualLoss(None, 0.0)
     known = learned[:, -1].numpy() > 0.0
     wanted = np.mean((out[:, 0] - truth[:, -1]).numpy()[known] ** 2)
     assert float(last.of(out[:, :1], truth, learned)) == pytest.approx(wanted, rel=1e-5)
@@ -54,7 +54,7 @@ def test_rows_that_are_not_learned_count_for_nothing():
 
 def test_tutored_loss_hands_over_from_tolles_lawson_to_the_truth():
     """Paper 000, eq. 36 with W = 1: weights e^(-v k) and 1 - e^(-v k), k the epoch."""
-    loss = TutoredLoss(ResidualLoss(None, 0.0, last=False), decay=0.05, steps_per_epoch=10.0)
+    loss = TutoredLoss(ResidualLoss(None, 0.0), decay=0.05, steps_per_epoch=10.0)
     targets = torch.stack([torch.ones(1, 8), 3.0 * torch.ones(1, 8), torch.ones(1, 8)], dim=1)
     module = torch.nn.Module()
     module.forward = lambda x: torch.zeros(1, 8)

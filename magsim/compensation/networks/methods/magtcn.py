@@ -2,24 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
-from pydantic import AfterValidator, Field
 from torch import nn
 
 from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.modules.magtcn import MagTCN
-from magsim.compensation.networks.settings import Count, NetworkSettings
-
-
-def _odd(value: int) -> int:
-    if value % 2 == 0:
-        msg = f"{value} is even; a kernel has an odd number of samples"
-        raise ValueError(msg)
-    return value
-
-
-Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
+from magsim.compensation.networks.settings import Count, Kernel, NetworkSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,9 +33,9 @@ class MagTCNSettings(NetworkSettings):
     blocks: Count = 1
 
     @property
-    def last(self) -> bool:
-        """Whether the head returns the last sample of a window only."""
-        return self.head == "last"
+    def context(self) -> int | None:
+        """The window where its last sample alone is returned."""
+        return self.window if self.head == "last" else None
 
 
 class MagTCNCompensator(NetworkCompensator):
@@ -61,6 +50,7 @@ class MagTCNCompensator(NetworkCompensator):
         "quick": {"width": 4, "steps": 1000, "batch": 8, "every": 50, "learning_rate": 1e-2, "patience": 20},
         # The paper's sizes and recipe, 200 epochs of windows at every offset: days on a CPU.
         "paper": {
+            "inputs": ("tl16", "angles"),
             "width": 48,
             "head": "flat",
             "revin": True,

@@ -38,9 +38,9 @@ class TorchSettings(NetworkSettings):
     batch: Count = 64
 
     @property
-    def last(self) -> bool:
-        """Whether the module returns the last sample of a window only."""
-        return self.out == "last"
+    def context(self) -> int | None:
+        """The window where its last sample alone is returned."""
+        return self.window if self.out == "last" else None
 
 
 class TorchCompensator(NetworkCompensator):
@@ -142,7 +142,7 @@ class TorchCompensator(NetworkCompensator):
 
     @property
     def _warmup_rows(self) -> int:
-        return self.settings.window - 1 if self.settings.last else 0
+        return (self.settings.context or 1) - 1
 
 
 def _made(factory: Factory, name: str, channels: int, window: int) -> nn.Module:
@@ -234,13 +234,13 @@ def _tried(module: nn.Module, name: str, windows: Tensor) -> Tensor:
 
 def _check_shape(out: Tensor, name: str, windows: Tensor, settings: TorchSettings) -> None:
     count, _, rows = windows.shape
-    wanted = [(count, 1), (count,)] if settings.last else [(count, rows), (count, 1, rows)]
+    shapes = {"last": [(count, 1), (count,)], "seq": [(count, rows), (count, 1, rows)]}
+    wanted = shapes[settings.out]
     if tuple(out.shape) in wanted:
         return
     allowed = " or ".join(map(str, wanted))
-    other = "seq" if settings.last else "last"
-    fits = tuple(out.shape) in ([(count, rows), (count, 1, rows)] if settings.last else [(count, 1), (count,)])
-    hint = f"; that is out {other!r}" if fits else ""
+    other = "seq" if settings.out == "last" else "last"
+    hint = f"; that is out {other!r}" if tuple(out.shape) in shapes[other] else ""
     msg = (
         f"{name} returned shape {tuple(out.shape)} for windows of shape {tuple(windows.shape)}; allowed with out "
         f"{settings.out!r}: {allowed}{hint}"

@@ -24,7 +24,14 @@ class Adapter(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """Map windows (b, c, t) to (b, k)."""
-        out = self.module(x).reshape(len(x), -1)
+        return self._scaled(self.module(x))
+
+    def platform(self, x: Tensor) -> Tensor:
+        """Return what the module says of the platform alone; all, if it has no method ``platform``."""
+        return self._scaled(getattr(self.module, "platform", self.module)(x))
+
+    def _scaled(self, out: Tensor) -> Tensor:
+        out = out.reshape(len(out), -1)
         return out if self.gain is None else self.gain * out
 
     def start_at_zero(self) -> None:

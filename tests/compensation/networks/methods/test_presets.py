@@ -4,8 +4,11 @@ import pytest
 import torch
 
 from magsim.compensation import create
+from magsim.compensation.networks.inputs import fit_inputs
 from magsim.compensation.networks.modules.magtcn import MagTCN
 from magsim.compensation.networks.modules.perceptrons import SampleMLP, WindowMLP
+from magsim.dataset import flights_of, read_training
+from tests.support.worlds import World, calibration
 
 
 @pytest.fixture(autouse=True)
@@ -49,14 +52,26 @@ def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
 
 
 @pytest.mark.parametrize(
-    ("name", "head", "last"),
+    ("name", "parameters", "context", "outputs"),
     [
-        ("magtcn", {}, False),
-        ("magtcn", {"head": "flat"}, False),
-        ("magtcn", {"head": "last"}, True),
-        ("bp", {}, False),
-        ("bpnn", {}, True),
+        ("magtcn", {}, None, 320),
+        ("magtcn", {"head": "flat"}, None, 320),
+        ("magtcn", {"head": "last"}, 320, 1),
+        ("bp", {}, 1, 320),
+        ("bpnn", {}, 40, 1),
+        ("williams", {}, 3, 318),
+        ("williams", {"taps": 320}, 320, 1),
+        ("resnet", {}, None, 320),
+        ("resnet", {"head": "last"}, 320, 1),
+        ("resnet", {"causal": True}, 21, 300),
+        ("res_bp", {}, 1, 320),
+        ("subnetworks", {}, 3, 318),
     ],
 )
-def test_which_networks_return_the_last_sample_alone(name, head, last):
-    assert create(name, **head).settings.last == last
+def test_which_rows_an_output_is_made_from_and_how_many_a_window_gives(name, parameters, context, outputs):
+    settings = create(name, **parameters).settings
+    assert (settings.context, settings.outputs) == (context, outputs)
+    recording = calibration(World(circuits=1))
+    names = fit_inputs(settings, read_training(flights_of(recording)))(recording).names
+    module = create(name, **parameters).make_module(names)
+    assert module(torch.zeros(2, len(names), settings.window)).shape == (2, outputs)

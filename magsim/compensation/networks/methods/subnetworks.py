@@ -1,0 +1,81 @@
+"""Sub-networks of paper 004: one small perceptron for each part of the measured field, with its presets."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from torch import nn
+
+from magsim.compensation.networks.compensator import NetworkCompensator
+from magsim.compensation.networks.methods.perceptrons import PRINTED
+from magsim.compensation.networks.modules.branches import AddedBranches, Branch
+from magsim.compensation.networks.parts import Part, places, refuse
+from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings
+from magsim.errors import RequestError
+
+NETS: Mapping[str, tuple[Part, bool]] = {
+    "Z1": ("time", False),
+    "Z2": ("position", False),
+    "Z3": ("permanent", True),
+    "Z4": ("induced", True),
+    "Z5": ("eddy", True),
+    "Z6": ("travel", False),
+}
+"""For each sub-network the columns that it reads, and whether it models the aircraft."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubnetworksSettings(NetworkSettings):
+    """Parameters of ``subnetworks``.
+
+    Attributes
+    ----------
+    taps : int
+        Samples that an output is made from, its own the last of them.
+    inputs : tuple of str
+        There are as many sub-networks as these have parts: Z3 to Z5 of the Tolles-Lawson columns, and those of the
+        Earth's field, which are fitted and never subtracted: Z1 of ``time``, Z2 of ``position``, Z6 of ``travel``.
+    first_stage, ... , threads
+        See ``NetworkSettings``.
+    """
+
+    inputs: Inputs = ("tl16",)
+    taps: Count = 3
+    steps: Count = 1000
+
+    @property
+    def context(self) -> int:
+        """Rows that an output is made from."""
+        return self.taps
+
+
+class SubnetworksCompensator(NetworkCompensator):
+    """Sub-networks for the parts of the field (paper 004); parameters: ``SubnetworksSettings``."""
+
+    name = "subnetworks"
+    settings_type = SubnetworksSettings
+    settings: SubnetworksSettings
+    presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
+        "default": {},
+        "quick": {"steps": 300, "batch": 8, "every": 50, "learning_rate": 1e-2, "folds": 2},
+        "paper": {**PRINTED, "inputs": ("tl16", "time", "position", "travel"), "target": "measured"},
+    }
+
+    def make_module(self, names: tuple[str, ...]) -> nn.Module:
+        """Return the sub-networks that the input columns ask for; half as many units as inputs, rounded down.
+
+        Raises
+        ------
+        RequestError
+            If a column belongs to no sub-network, or none is of the aircraft.
+        """
+        refuse(names, "other", reader="subnetworks", allowed="Tolles-Lawson columns, time, position, travel")
+        taps, branches = self.settings.taps, {}
+        for net, (part, platform) in NETS.items():
+            columns = places(names, part)
+            if columns:
+                branches[net] = Branch(columns, max(taps * len(columns) // 2, 1), platform)
+        if not any(branch.platform for branch in branches.values()):
+            msg = "inputs: subnetworks subtracts what Tolles-Lawson columns explain; allowed: inputs with tl16 or tl18"
+            raise RequestError(msg)
+        return AddedBranches(branches, taps)
