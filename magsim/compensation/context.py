@@ -5,10 +5,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from magsim.compensation import saving
 from magsim.errors import RequestError
+
+if TYPE_CHECKING:
+    from magsim.training import Machine
 
 LOG, EVENTS = "log.csv", "tensorboard"
 """Names in the folder of logs: the rows, and the folder of TensorBoard's event files."""
@@ -91,6 +94,13 @@ class FitContext:
             if field.name not in {"seed", "progress", "checkpoint"} and getattr(self, field.name) != field.default:
                 msg = f"{field.name}: method {method} is not trained in steps, so that it has no effect; leave it out"
                 raise RequestError(msg)
+
+    @property
+    def machine(self) -> "Machine":
+        """Device, precision and manners, for ``magsim.training.train``."""
+        from magsim.training import Machine
+
+        return Machine(self.device, self.precision, self.deterministic)
 
     @contextmanager
     def logged(self) -> Iterator["FitContext"]:

@@ -11,17 +11,20 @@ except ImportError as error:
 
 from magsim.training.checkpoint import Checkpoint
 from magsim.training.determinism import reproducible, seeded
+from magsim.training.devices import Machine
 from magsim.training.gradients import project_conflicts
 from magsim.training.levenberg import LevenbergPlan, train_levenberg
 from magsim.training.loop import Plan, train
 from magsim.training.run import Outcome, Progress
 from magsim.training.streaming import Position, WindowDataset, WindowLoader
+from magsim.training.weights import freeze, put_weights
 from magsim.training.windows import ArrayWindows, RandomBatches, WindowSource, overlap_add, starts_of
 
 __all__ = [
     "ArrayWindows",
     "Checkpoint",
     "LevenbergPlan",
+    "Machine",
     "Outcome",
     "Plan",
     "Position",
@@ -30,8 +33,10 @@ __all__ = [
     "WindowDataset",
     "WindowLoader",
     "WindowSource",
+    "freeze",
     "overlap_add",
     "project_conflicts",
+    "put_weights",
     "reproducible",
     "seeded",
     "starts_of",

@@ -14,10 +14,12 @@ from torch import Tensor, nn
 
 from magsim.errors import DataError, RequestError
 from magsim.threads import one_blas_thread
+from magsim.training import distributed
 from magsim.training.checkpoint import Checkpoint, Saved
 from magsim.training.determinism import reproducible
 from magsim.training.least_squares import Normal, SquaredErrors
 from magsim.training.run import Outcome, Progress, RunState, fitting
+from magsim.training.weights import put_weights
 
 MOST_PARAMETERS = 5000
 """Of networks that are taken: the normal equations of 5000 take 200 MB, and a step on 12 000 rows many seconds."""
@@ -223,13 +225,13 @@ class _Loop:
 
     def report(self) -> None:
         """Tell where the run stands."""
-        if self.progress:
+        if self.progress and distributed.rank() == 0:
             self.progress(self.run.progress(self.phase, self.plan.steps))
 
     def resume(self, saved: Saved) -> None:
         """Take up the state of a checkpoint."""
         with fitting(saved):
-            self.module.load_state_dict(saved.weights)
+            put_weights(self.module, saved.weights)
             vector = saved.state["parameters"].to(self.vector)
             self.vector = vector.reshape(self.vector.shape)
             self.damping = float(saved.state["damping"])

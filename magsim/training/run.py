@@ -99,14 +99,13 @@ class RunState:
         return Outcome(self.best_step, self.best_value, self.step, tuple(self.history))
 
     def progress(self, phase: str, steps: int, *, learning_rate: float = math.nan) -> Progress:
-        """Return where the run stands after its last validation."""
-        _, loss, value = self.history[-1]
+        """Return where the run stood at its last validation."""
+        step, loss, value = self.history[-1]
         here_s, made = time.monotonic() - self._started, self.step - self._first
         rest_s = here_s / made * (steps - self.step) if made else math.nan
         eta_s = 0.0 if self.done else rest_s
-        return Progress(
-            phase, self.step, steps, loss, value, self.best_value, eta_s, self.spent_s + here_s, learning_rate
-        )
+        spent_s = self.spent_s + here_s
+        return Progress(phase, step, steps, loss, value, self.best_value, eta_s, spent_s, learning_rate)
 
     def kept(self) -> dict[str, Any]:
         """Return what a checkpoint keeps beside the weights."""
@@ -138,6 +137,7 @@ def fitting(saved: Saved) -> Iterator[None]:
     """
     try:
         yield
-    except (RuntimeError, KeyError, ValueError, TypeError) as error:
-        msg = f"the checkpoint of step {saved.step} does not fit the network: {error}"
+    except (RuntimeError, KeyError, ValueError, TypeError, IndexError, AttributeError) as error:
+        reason = f"{error} is missing" if isinstance(error, KeyError) else (str(error) or "?").splitlines()[0]
+        msg = f"checkpoint {saved.path} cannot be taken up: {reason}"
         raise DataError(msg) from None

@@ -7,6 +7,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from magsim.training import distributed
+
 
 class WindowSource(Protocol):
     """Windows of a fixed number of rows, numbered from 0.
@@ -70,6 +72,8 @@ class ArrayWindows:
 class RandomBatches:
     """Batches of windows at random offsets; every window is as likely as any other.
 
+    Of several processes each gets its share of the same batch.
+
     Parameters
     ----------
     sources : sequence of WindowSource
@@ -81,6 +85,8 @@ class RandomBatches:
     ------
     ValueError
         If the sources have different windows.
+    RequestError
+        If the batch cannot be shared among the processes.
     """
 
     def __init__(self, sources: Sequence[WindowSource], *, batch: int) -> None:
@@ -90,11 +96,11 @@ class RandomBatches:
             raise ValueError(msg)
         self.rows = sources[0].total_rows
         self._sources = tuple(sources)
-        self._batch = batch
+        self._batch, self._share = batch, distributed.share(batch)
 
     def __call__(self, generator: torch.Generator) -> tuple[Tensor, ...]:
-        """Return a batch of each source, (batch, c, rows) float32."""
-        picks = torch.randint(len(self._sources[0]), (self._batch,), generator=generator).numpy()
+        """Return this process's share of a batch of each source, (batch, c, rows) float32."""
+        picks = torch.randint(len(self._sources[0]), (self._batch,), generator=generator).numpy()[self._share]
         windows = (np.ascontiguousarray(source.take(picks).transpose(0, 2, 1)) for source in self._sources)
         return tuple(torch.from_numpy(values.astype(np.float32, copy=False)) for values in windows)
 

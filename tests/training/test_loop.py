@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from magsim.errors import DataError, RequestError
-from magsim.training import Checkpoint, Plan, project_conflicts, seeded, train
+from magsim.training import Checkpoint, Plan, freeze, project_conflicts, seeded, train
 
 
 def line(seed=0):
@@ -32,6 +32,10 @@ def measure(module):
 
 def run(module, plan, **options):
     return train(module, batch, losses, options.pop("measure", measure), plan, seed=5, **options)
+
+
+class Stop(Exception):
+    pass
 
 
 def weights(module):
@@ -87,16 +91,13 @@ def test_resumed_run_ends_as_an_uninterrupted_one(tmp_path, stop):
     whole = line()
     expected = run(whole, plan)
 
-    class Stop(Exception):
-        pass
-
     def broken(progress):
         if progress.step == stop:
             raise Stop
 
     with pytest.raises(Stop):
         run(line(), plan, progress=broken, checkpoint=Checkpoint(tmp_path, "a"))
-    assert len(list(tmp_path.iterdir())) == 2
+    assert len(list(tmp_path.iterdir())) == 3
     resumed = line(seed=1)  # start weights do not matter any more
     steps = []
     outcome = run(
@@ -113,8 +114,14 @@ def test_checkpoints_that_cannot_be_used_are_refused(tmp_path):
     run(line(), plan, checkpoint=Checkpoint(tmp_path, "a"))
     with pytest.raises(RequestError, match="other settings"):
         run(line(), plan, checkpoint=Checkpoint(tmp_path, "b"))
-    with pytest.raises(DataError, match="does not fit the network"):
+    with pytest.raises(
+        DataError,
+        match=r"step_00000020\.safetensors cannot be taken up: the weights do not fit the network: they lack",
+    ):
         run(torch.nn.Linear(3, 1), plan, checkpoint=Checkpoint(tmp_path, "a"))
+    wider = torch.nn.Sequential(torch.nn.Linear(3, 9), torch.nn.Tanh(), torch.nn.Linear(9, 1))
+    with pytest.raises(DataError, match=r"0\.weight has shape \(8, 3\), and \(9, 3\) in the network"):
+        run(wider, plan, checkpoint=Checkpoint(tmp_path, "a"))
     for path in tmp_path.glob("*.pt"):
         path.write_bytes(path.read_bytes()[:50])
     with pytest.raises(DataError, match="is broken"):
@@ -123,10 +130,93 @@ def test_checkpoints_that_cannot_be_used_are_refused(tmp_path):
 
 def test_divergence_is_reported():
     values = iter([1.0, math.nan])
-    with pytest.raises(DataError, match="the validation value at step 10 is nan"):
+    with pytest.raises(DataError, match="the validation value at step 10 is nan; the weights of step 0, the best, are"):
         run(line(), Plan(100, 0.01, every=10), measure=lambda _: next(values))
-    with pytest.raises(DataError, match="the loss at step 0 is nan"):
-        train(line(), batch, lambda *_: [torch.tensor(math.nan, requires_grad=True)], measure, Plan(10), seed=0)
+    with pytest.raises(DataError, match=r"training diverged: the validation value at step 0 is inf$"):
+        run(line(), Plan(100, 0.01, every=10), measure=lambda _: math.inf)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_loss_that_is_not_finite_leaves_the_best_weights_and_a_usable_checkpoint(tmp_path, bad):
+    def fails(module, data, step):
+        return [losses(module, data, step)[0] * (bad if step == 35 else 1.0)]
+
+    def go(module):
+        plan = Plan(60, 0.01, every=10)
+        train(module, batch, fails, measure, plan, seed=5, checkpoint=Checkpoint(tmp_path, "a"))
+
+    best = line()
+    run(best, Plan(60, 0.01, every=10), progress=None, measure=measure_until(30))
+    message = f"the loss at step 35 is {bad}; the weights of step 30, the best, are kept"
+    for start in (0, 1):  # the second takes up the checkpoint
+        module = line(start)
+        with pytest.raises(DataError, match=message):
+            go(module)
+        assert torch.equal(weights(module), weights(best))
+        assert not module.training
+    assert Checkpoint(tmp_path, "a").load().step == 30
+
+
+def measure_until(step):
+    """Measure, and find everything after a step worse."""
+    number = iter(range(0, 1000, 10))
+    return lambda module: measure(module) if next(number) <= step else 1e9
+
+
+def test_a_derivative_that_is_not_finite_is_found_before_anything_is_measured_or_saved(tmp_path):
+    class Steep(torch.autograd.Function):
+        @staticmethod
+        def forward(context, x):
+            return x.clone()
+
+        @staticmethod
+        def backward(context, gradient):
+            return gradient * math.nan
+
+    def steep(module, data, step):
+        loss = losses(module, data, step)[0]
+        return [Steep.apply(loss) if step == 19 else loss]
+
+    module = line()
+    with pytest.raises(DataError, match=r"0\.weight is not finite after 20 steps; the weights of step 10, the be"):
+        train(module, batch, steep, measure, Plan(60, 0.01, every=10), seed=5, checkpoint=Checkpoint(tmp_path, "a"))
+    assert weights(module).isfinite().all()
+    assert Checkpoint(tmp_path, "a").load().step == 10
+
+
+@pytest.mark.parametrize("stop", [13, 25])
+def test_a_state_that_was_saved_between_validations_is_taken_up(tmp_path, stop):
+    """Dropout draws from torch's own generator, whose state is kept too."""
+
+    def noisy(seed=0):
+        with seeded(seed):
+            return torch.nn.Sequential(torch.nn.Linear(3, 8), torch.nn.Dropout(0.3), torch.nn.Linear(8, 1))
+
+    def breaks(module, data, step):
+        if step == stop:
+            raise Stop
+        return losses(module, data, step)
+
+    plan, seen = Plan(40, 0.01, every=10, patience=100), []
+    whole, resumed = noisy(), noisy(1)
+    expected = run(whole, plan)
+    often = Checkpoint(tmp_path, "a", every_s=0.0)
+    with pytest.raises(Stop):
+        train(noisy(), batch, breaks, measure, plan, seed=5, checkpoint=often)
+    assert Checkpoint(tmp_path, "a").load().step == stop
+    outcome = run(resumed, plan, progress=seen.append, checkpoint=Checkpoint(tmp_path, "a"))
+    assert [p.step for p in seen] == list(range(stop // 10 * 10, 50, 10))
+    assert repr(outcome) == repr(expected)
+    assert torch.equal(weights(resumed), weights(whole))
+
+
+def test_frozen_parameters_stay():
+    module = line()
+    freeze(module, ["0.*"])
+    before = {name: tensor.clone() for name, tensor in module.state_dict().items()}
+    run(module, Plan(20, 0.05, every=10))
+    changed = {name for name, tensor in module.state_dict().items() if not torch.equal(tensor, before[name])}
+    assert changed == {"2.weight", "2.bias"}
 
 
 def test_progress_has_loss_value_and_remaining_time():
