@@ -6,16 +6,20 @@ import torch
 from magsim.training import reproducible, seeded
 
 
+def settings():
+    fills = torch.utils.deterministic.fill_uninitialized_memory
+    return torch.get_num_threads(), torch.are_deterministic_algorithms_enabled(), fills
+
+
 def test_settings_of_torch_are_put_back():
-    before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
+    before = settings()
     with reproducible(1):
-        assert torch.get_num_threads() == 1
-        assert torch.are_deterministic_algorithms_enabled()
-    assert (torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()) == before
+        assert settings() == (1, True, False)
+    assert settings() == before
 
 
 def test_settings_are_put_back_after_an_error():
-    before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
+    before = settings()
 
     def fail():
         with reproducible(1):
@@ -23,7 +27,7 @@ def test_settings_are_put_back_after_an_error():
 
     with pytest.raises(KeyError):
         fail()
-    assert (torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()) == before
+    assert settings() == before
 
 
 def test_a_seed_starts_the_generator_inside_and_leaves_it_alone_outside():

@@ -175,7 +175,7 @@ def test_resumed_run_ends_as_an_uninterrupted_one(tmp_path, stop):
     assert steps[0] == stop  # where it stands
     assert repr(outcome) == repr(expected)
     assert torch.equal(weights(resumed[0]), weights(whole[0]))
-    with pytest.raises(DataError, match="does not fit the network"):
+    with pytest.raises(DataError, match="weights do not fit the network"):
         run(problem("windows"), plan, checkpoint=Checkpoint(tmp_path, "a"))
 
 
