@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import torch
+from torch.utils import deterministic as _manners
 
 
 @contextmanager
@@ -21,20 +22,20 @@ def reproducible(threads: int = 1, *, deterministic: bool = True) -> Iterator[No
         Refuse algorithms that give other bits each time, which some have on CUDA.
     """
     before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
-    filled = torch.utils.deterministic.fill_uninitialized_memory
+    filled = _manners.fill_uninitialized_memory  # type: ignore[attr-defined]
     if deterministic and torch.cuda.is_available():
         # cuBLAS sums in an order that depends on its workspace; it reads this when a process first uses it
         os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
     torch.set_num_threads(threads)
     torch.use_deterministic_algorithms(deterministic)
     # torch would also fill all new memory, which takes a sixth of a training and changes nothing that is written
-    torch.utils.deterministic.fill_uninitialized_memory = False
+    _manners.fill_uninitialized_memory = False  # type: ignore[attr-defined]
     try:
         yield
     finally:
         torch.set_num_threads(before[0])
         torch.use_deterministic_algorithms(before[1])
-        torch.utils.deterministic.fill_uninitialized_memory = filled
+        _manners.fill_uninitialized_memory = filled  # type: ignore[attr-defined]
 
 
 @contextmanager
