@@ -145,7 +145,7 @@ class Run:
             raise RequestError(msg) from None
         for name in (*saving.FILES, RUN, LOG):
             (folder / name).unlink(missing_ok=True)
-        _remove_phases(folder / CHECKPOINT, "step_*")
+        _remove_phases(folder / CHECKPOINT, "step_*", "best.safetensors")
         _remove_phases(folder / EVENTS, "events.out.*")
         text = json.dumps(made_of, indent=1, sort_keys=True) + "\n"
         atomic_text(folder / RUN, text, force=True)
@@ -169,7 +169,7 @@ class Run:
                 _remove_empty(self.folder)
             raise
         compensator.save(self.folder)
-        _remove_phases(self.folder / CHECKPOINT, "step_*")
+        _remove_phases(self.folder / CHECKPOINT, "step_*", "best.safetensors")
         return compensator
 
 
@@ -181,10 +181,10 @@ def _read(path: Path) -> object:
         raise DataError(msg) from None
 
 
-def _remove_phases(folder: Path, pattern: str) -> None:
+def _remove_phases(folder: Path, *patterns: str) -> None:
     """Remove what training has left in the folder of each of its phases, and nothing else that may lie there."""
     for phase in sorted(folder.glob("*/")):
-        for path in phase.glob(pattern):
+        for path in [path for pattern in patterns for path in phase.glob(pattern)]:
             path.unlink()
         _remove_empty(phase)
     _remove_empty(folder)
