@@ -48,6 +48,7 @@ METHODS = {
     "exact_norm_causal": {},
     "exact_norm_adaptive": {},
     "magtcn": {**QUICK, "width": 2, "kernel": 11},
+    "magtcn causal": {**QUICK, "width": 2, "kernel": 11, "causal": True},
     "magtcn last": {**QUICK, "width": 2, "kernel": 11, "window": 50, "head": "last"},
     "bp": QUICK,
     "bpnn": {**QUICK, "window": 50, "hidden": (4,)},
@@ -71,6 +72,8 @@ METHODS = {
     "resnet last": {**QUICK, "width": 2, "blocks": 1, "window": 50, "head": "last"},
     "res_bp": {**QUICK, "width": 4, "layers": 1},
     "subnetworks": QUICK,
+    "subnetworks field": {**QUICK, "inputs": ("tl16", "time", "position", "travel"), "target": "measured"},
+    "williams field": {**QUICK, "mode": "field", "inputs": ("attitude", "rates", "position", "height"), "taps": 1},
 }
 REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary", "bp wide", "bpnn ins"}
 READ_THE_READING = {"tl16_recursive", "vector_tl", "exact_norm_adaptive"}

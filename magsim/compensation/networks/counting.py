@@ -40,7 +40,9 @@ def _grouped(layer: GroupedMLP, given: Tensor, out: Tensor) -> int:
 
 
 def _embedding_and_merging(layer: MagTCN, given: Tensor, out: Tensor) -> int:
-    return (layer.embed.numel() + layer.merge.numel()) * given.shape[0] * given.shape[2]
+    times = [own for own in layer.modules() if isinstance(own, DepthwiseFFT)]
+    lost = sum(own.weight.shape[-1] - 1 for own in times if own.causal)
+    return given.shape[0] * (layer.embed.numel() * given.shape[2] + layer.merge.numel() * (given.shape[2] - lost))
 
 
 RULES: Mapping[type[nn.Module], Rule] = {

@@ -48,6 +48,13 @@ def test_other_networks_have_the_sizes_of_their_reconstructions():
         assert million(MagTCN(19, width=width, head=head)) == pytest.approx(expected, abs=0.005)
 
 
+def test_a_causal_magtcn_has_fewer_outputs():
+    """By hand: embedding of 64 samples, 54 outputs of the kernel of 11 and of all that follows."""
+    m, d, r = 5, 4, 2
+    expected = m * d * 64 + 54 * (m * d * 11 + 2 * r * m * d**2 + 2 * r * d * m**2 + m * d + m)
+    assert multiply_accumulates(MagTCN(m, width=d, kernel=11, causal=True), m, 64) == expected
+
+
 def test_subnetworks_of_paper_004():
     """Three taps of 1, 2, 3, 5, 8 and 2 features, half as many units: 534 parameters in all, 478 without the field."""
     sizes = {"Z1": (1, 1), "Z2": (2, 3), "Z3": (3, 4), "Z4": (5, 7), "Z5": (8, 12), "Z6": (2, 3)}

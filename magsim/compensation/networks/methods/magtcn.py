@@ -7,8 +7,9 @@ from typing import ClassVar, Literal
 from torch import nn
 
 from magsim.compensation.networks.compensator import NetworkCompensator
-from magsim.compensation.networks.modules.magtcn import MagTCN
+from magsim.compensation.networks.modules.magtcn import MagTCN, reach
 from magsim.compensation.networks.settings import Count, Kernel, NetworkSettings
+from magsim.errors import RequestError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +19,9 @@ class MagTCNSettings(NetworkSettings):
     Attributes
     ----------
     width, expansion, kernel, head, revin, blocks
-        See ``magsim.compensation.networks.MagTCN``. Window statistics (``revin``) hurt on a residual.
+        See ``magsim.compensation.networks.modules.magtcn.MagTCN``. Window statistics (``revin``) hurt on a residual.
+    causal : bool
+        Make an output of the head ``per-time`` from rows at its time and before.
     inputs, first_stage, ... , threads
         See ``NetworkSettings``.
     """
@@ -31,11 +34,27 @@ class MagTCNSettings(NetworkSettings):
     head: Literal["flat", "per-time", "last"] = "per-time"
     revin: bool = False
     blocks: Count = 1
+    causal: bool = False
 
     @property
     def context(self) -> int | None:
-        """The window where its last sample alone is returned."""
-        return self.window if self.head == "last" else None
+        """Rows that an output is made from; None where it sees both sides."""
+        if self.head == "last":
+            return self.window
+        return reach(self.kernel, self.blocks) if self.causal else None
+
+    def check(self) -> None:
+        """Refuse settings that do not go together; see ``NetworkSettings``."""
+        super().check()
+        if not self.causal or (self.head == "per-time" and not self.revin):
+            return
+        reasons = {
+            "last": "has no effect with head 'last', whose output is that of the window's last row in any case",
+            "flat": "does not go with head 'flat', which sees the whole window; allowed: head 'per-time'",
+            "per-time": "does not go with revin, whose statistics are those of the whole window; allowed: revin false",
+        }
+        msg = f"causal: {reasons[self.head]}"
+        raise RequestError(msg)
 
 
 class MagTCNCompensator(NetworkCompensator):
@@ -82,4 +101,5 @@ class MagTCNCompensator(NetworkCompensator):
             head=settings.head,
             revin=settings.revin,
             blocks=settings.blocks,
+            causal=settings.causal,
         )

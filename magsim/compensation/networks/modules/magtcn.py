@@ -38,10 +38,12 @@ class DepthwiseFFT(nn.Module):
     """Depth-wise convolution over time with zero padding, by the convolution theorem.
 
     Equal to ``nn.Conv1d(c, c, kernel, padding=kernel // 2, groups=c)`` to float32 accuracy; several times faster
-    on a CPU for long kernels. ``native`` selects the library's own convolution instead.
+    on a CPU for long kernels. ``native`` selects the library's own convolution instead. ``causal`` takes the padding
+    away, and with it the first ``kernel - 1`` samples: each output is of its own sample and those before it; outside
+    of training no FFT is used then.
     """
 
-    def __init__(self, groups: Sequence[int], kernel: int, *, native: bool = False) -> None:
+    def __init__(self, groups: Sequence[int], kernel: int, *, native: bool = False, causal: bool = False) -> None:
         super().__init__()
         if kernel % 2 == 0:
             msg = f"kernel {kernel} must be odd, so that the output keeps its place in time"
@@ -49,10 +51,13 @@ class DepthwiseFFT(nn.Module):
         self.weight = nn.Parameter(torch.randn(*groups, kernel) / kernel**0.5)
         self.bias = nn.Parameter(torch.zeros(*groups))
         self.native = native
+        self.causal = causal
 
     def forward(self, h: Tensor) -> Tensor:
         """Convolve (*groups, B, T) along its last axis, each group with its own kernel."""
-        return self._native(h) if self.native else self._spectral(h)
+        # the FFT spreads what comes later over all outputs by rounding
+        exact = self.causal and not self.training
+        return self._native(h) if self.native or exact else self._spectral(h)
 
     def _spectral(self, h: Tensor) -> Tensor:
         kernel, length = self.weight.shape[-1], h.shape[-1]
@@ -60,16 +65,17 @@ class DepthwiseFFT(nn.Module):
         # nn.Conv1d correlates, so the kernel is flipped for a true convolution.
         spectrum = torch.fft.rfft(self.weight.flip(-1), size).unsqueeze(-2) * torch.fft.rfft(h, size)
         full = torch.fft.irfft(spectrum, size)
-        start = kernel // 2
-        return full[..., start : start + length] + self.bias[..., None, None]
+        start = kernel - 1 if self.causal else kernel // 2
+        return full[..., start : length if self.causal else start + length] + self.bias[..., None, None]
 
     def _native(self, h: Tensor) -> Tensor:
         kernel, groups = self.weight.shape[-1], self.bias.numel()
         flat = h.flatten(0, -3).transpose(0, 1)
+        padding = 0 if self.causal else kernel // 2
         out = nn.functional.conv1d(
-            flat, self.weight.reshape(groups, 1, kernel), self.bias.flatten(), padding=kernel // 2, groups=groups
+            flat, self.weight.reshape(groups, 1, kernel), self.bias.flatten(), padding=padding, groups=groups
         )
-        return out.transpose(0, 1).reshape(h.shape)
+        return out.transpose(0, 1).reshape(*h.shape[:-1], out.shape[-1])
 
 
 def _fast_size(least: int) -> int:
@@ -94,6 +100,16 @@ class GroupedMLP(nn.Module):
         return torch.baddbmm(self.down_bias, self.down, nn.functional.gelu(torch.baddbmm(self.up_bias, self.up, h)))
 
 
+def reach(kernel: int, blocks: int) -> int:
+    """Return the samples that a causal output is made from, its own the last of them."""
+    return 1 + (kernel - 1) * blocks
+
+
+def _end(h: Tensor, length: int) -> Tensor:
+    """Return the last samples of (..., T)."""
+    return h[..., h.shape[-1] - length :]
+
+
 def _uniform(groups: int, outputs: int, inputs: int) -> Tensor:
     bound = inputs**-0.5
     return torch.empty(groups, outputs, inputs).uniform_(-bound, bound)
@@ -102,16 +118,17 @@ def _uniform(groups: int, outputs: int, inputs: int) -> Tensor:
 class Block(nn.Module):
     """Depth-wise convolution, mixing of features per variable, mixing of variables per feature."""
 
-    def __init__(self, channels: int, width: int, expansion: int, kernel: int, *, native: bool) -> None:
+    def __init__(self, channels: int, width: int, expansion: int, kernel: int, *, native: bool, causal: bool) -> None:
         super().__init__()
-        self.time = DepthwiseFFT((channels, width), kernel, native=native)
+        self.time = DepthwiseFFT((channels, width), kernel, native=native, causal=causal)
         self.features = GroupedMLP(channels, width, expansion)
         self.variables = GroupedMLP(width, channels, expansion)
 
     def forward(self, h: Tensor) -> Tensor:
-        """Map (M, D, B, T) to the same shape."""
+        """Map (M, D, B, T) to the same shape, shorter at its begin if causal."""
+        h = self.time(h)
         shape = h.shape
-        h = self.features(self.time(h).flatten(2))
+        h = self.features(h.flatten(2))
         h = self.variables(h.transpose(0, 1).contiguous())
         return h.transpose(0, 1).reshape(shape)
 
@@ -140,6 +157,14 @@ class MagTCN(nn.Module):
         With more than one, each adds to what it was given.
     native : bool
         Use the library's grouped convolution instead of the FFT.
+    causal : bool
+        Make each output of the head ``per-time`` from samples at its time and before: there is no padding, and the
+        first samples of a window have no output.
+
+    Raises
+    ------
+    ValueError
+        If the kernel is even, or ``causal`` goes with window statistics or another head.
     """
 
     def __init__(
@@ -154,12 +179,18 @@ class MagTCN(nn.Module):
         revin: bool = False,
         blocks: int = 1,
         native: bool = False,
+        causal: bool = False,
     ) -> None:
         super().__init__()
+        if causal and (revin or head != "per-time"):
+            msg = f"causal goes with the head 'per-time' without revin, not with {head!r} and revin {revin}"
+            raise ValueError(msg)
         self.revin = RevIN(channels) if revin else None
         self.embed = nn.Parameter(0.5 * torch.randn(channels, width))
         self.embed_bias = nn.Parameter(torch.zeros(channels, width))
-        self.blocks = nn.ModuleList(Block(channels, width, expansion, kernel, native=native) for _ in range(blocks))
+        self.blocks = nn.ModuleList(
+            Block(channels, width, expansion, kernel, native=native, causal=causal) for _ in range(blocks)
+        )
         self.merge = nn.Parameter(torch.randn(channels, width) / width**0.5)
         self.merge_bias = nn.Parameter(torch.zeros(channels))
         self.per_time = head == "per-time"
@@ -167,20 +198,21 @@ class MagTCN(nn.Module):
         self.head = nn.Linear(channels if self.per_time else channels * window, outputs)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Map windows (B, M, T) to (B, T), or to (B, 1) with the head ``last``."""
+        """Map windows (B, M, T) to (B, T), to (B, T - reach + 1) if causal, or to (B, 1) with the head ``last``."""
         if self.revin is None:
             y = self._body(x)
         else:
             z, mean, deviation = self.revin.normalize(x)
             y = self.revin.restore(self._body(z), mean, deviation)
-        y = y + x
+        y = y + _end(x, y.shape[-1])
         return self.head(y.transpose(1, 2)).squeeze(2) if self.per_time else self.head(y.flatten(1))
 
     def _body(self, z: Tensor) -> Tensor:
-        """Map (B, M, T) through embedding, blocks and merging to the same shape."""
+        """Map (B, M, T) through embedding, blocks and merging to the same shape, shorter at its begin if causal."""
         h = torch.addcmul(self.embed_bias[..., None, None], self.embed[..., None, None], z.transpose(0, 1).unsqueeze(1))
         for i, block in enumerate(self.blocks):
-            h = block(h) if i == 0 else h + block(h)
+            out = block(h)
+            h = out if i == 0 else out + _end(h, out.shape[-1])
         return torch.einsum("md,mdbt->bmt", self.merge, h) + self.merge_bias[:, None]
 
     def start_at_zero(self) -> None:

@@ -1,5 +1,8 @@
 """Which branch reads which column: WilliamsNN and the sub-networks."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from magsim.compensation import create
@@ -74,9 +77,43 @@ def test_columns_without_a_subnetwork_are_refused():
         create("subnetworks").make_module(EARTH)
 
 
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("subnetworks", {"inputs": ("tl16", "time", "position", "travel")}),
+        ("williams", {"mode": "field", "inputs": ("attitude", "time", "position")}),
+    ],
+)
+def test_what_models_the_field_is_fitted_and_not_subtracted(name, settings):
+    """Every branch learns; elsewhere and at another hour, attitude and fluxgate give the same estimate."""
+    recording = calibration(World(circuits=1))
+    method = create(name, **settings, target="measured", first_stage="none", steps=20, every=10, folds=0).fit(recording)
+    module = method._fitted.module
+    trained = {branch: net[-1].weight.abs().max() > 0.0 for branch, net in module.perceptrons.items()}
+    assert all(trained.values())
+    elsewhere = {"ins_lat_deg": recording["ins_lat_deg"] + 0.3, "ins_lon_deg": recording["ins_lon_deg"] - 0.2}
+    later = {**recording.meta, "start_utc": "2025-03-13T09:00:00Z"}
+    moved = replace(recording, data={**recording.data, **elsewhere}, meta=later)
+    np.testing.assert_array_equal(method.interference(moved), method.interference(recording))
+
+
 def test_a_causal_resnet_needs_a_head_for_each_row_and_rows_to_reach_back():
     with pytest.raises(RequestError, match="causal: has no effect with head 'last'"):
         create("resnet", head="last", causal=True).settings.check()
     with pytest.raises(RequestError, match="window: 20 rows are fewer than the 21 that an output is made from"):
         create("resnet", window=20, causal=True).settings.check()
     assert create("resnet", window=21, causal=True).settings.outputs == 1
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"head": "last"}, "causal: has no effect with head 'last'"),
+        ({"head": "flat"}, "causal: does not go with head 'flat', which sees the whole window"),
+        ({"revin": True}, "causal: does not go with revin, whose statistics are those of the whole window"),
+        ({"window": 50}, "window: 50 rows are fewer than the 51 that an output is made from"),
+    ],
+)
+def test_a_causal_magtcn_sees_no_whole_window(settings, message):
+    with pytest.raises(RequestError, match=message):
+        create("magtcn", causal=True, **settings).settings.check()

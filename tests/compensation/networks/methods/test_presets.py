@@ -57,6 +57,7 @@ def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
         ("magtcn", {}, None, 320),
         ("magtcn", {"head": "flat"}, None, 320),
         ("magtcn", {"head": "last"}, 320, 1),
+        ("magtcn", {"causal": True}, 51, 270),
         ("bp", {}, 1, 320),
         ("bpnn", {}, 40, 1),
         ("williams", {}, 3, 318),

@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch.utils.flop_counter import FlopCounterMode
 
-from magsim.compensation.networks.modules.magtcn import DepthwiseFFT, GroupedMLP, MagTCN, RevIN
+from magsim.compensation.networks.modules.magtcn import DepthwiseFFT, GroupedMLP, MagTCN, RevIN, reach
 
 
 def multiply_accumulates(
@@ -130,6 +130,46 @@ def test_outputs_and_start(head, revin):
     module.start_at_zero()
     assert not module(x).any()
     module(x).pow(2).sum().backward()
+
+
+@pytest.mark.parametrize("blocks", [1, 2])
+def test_a_causal_output_does_not_see_the_future(blocks):
+    """Exactly so when it is used, to rounding while it trains; kernels of 5 reach 5 samples, two of them 9."""
+    torch.manual_seed(0)
+    module = MagTCN(4, width=3, kernel=5, window=20, blocks=blocks, causal=True).double()
+    x = torch.randn(2, 4, 20, dtype=torch.double)
+    assert reach(5, blocks) == 1 + 4 * blocks
+    count = 20 - 4 * blocks
+    rough = module.train()(x)
+    before = module.eval()(x)
+    assert before.shape == (2, count)
+    torch.testing.assert_close(rough, before, rtol=1e-10, atol=1e-10)
+    for row in range(20):
+        changed = x.clone()
+        changed[:, :, row] += 1.0
+        moved = (module(changed) != before).any(dim=0)
+        # output i is that of sample i + 20 - count
+        assert not moved[: max(row - 20 + count, 0)].any()
+        assert moved[max(row - 20 + count, 0) : row + 1].all()
+        assert not moved[row + 1 :].any()
+
+
+def test_a_causal_window_gives_what_longer_ones_and_the_centered_convolution_give():
+    torch.manual_seed(0)
+    module = MagTCN(4, width=3, kernel=5, window=20, causal=True).double().eval()
+    x = torch.randn(2, 4, 20, dtype=torch.double)
+    torch.testing.assert_close(module(x[:, :, 3:8])[:, 0], module(x)[:, 3], rtol=1e-12, atol=1e-12)
+    centered = MagTCN(4, width=3, kernel=5, window=20).double().eval()
+    centered.load_state_dict(module.state_dict())
+    with torch.no_grad():
+        # the body alone: the same samples under the kernel, two samples later
+        torch.testing.assert_close(module._body(x), centered._body(x)[:, :, 2:-2], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("settings", [{"revin": True}, {"head": "flat"}, {"head": "last"}])
+def test_what_sees_the_whole_window_is_not_causal(settings):
+    with pytest.raises(ValueError, match="causal goes with the head 'per-time' without revin"):
+        MagTCN(3, causal=True, **settings)
 
 
 def test_variables_mix_in_the_second_pair_alone():
