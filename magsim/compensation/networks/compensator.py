@@ -14,6 +14,7 @@ from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.networks.fitted import Fitted, check_rate
 from magsim.compensation.networks.fitting import fit_network
 from magsim.compensation.networks.inputs import inputs_from, most_lookahead, sure_reads
+from magsim.compensation.networks.modules.committee import Committee
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage
@@ -149,9 +150,15 @@ class NetworkCompensator(Compensator):
             "mean_nt": fitted.mean,
             "scale_nt": fitted.scale,
             "weight": fitted.weight,
+            "members": len(fitted.module.members) if isinstance(fitted.module, Committee) else None,
             "outcomes": outcomes,
         }
         return State(values, arrays, {name: tensor.numpy() for name, tensor in fitted.module.state_dict().items()})
+
+    def _untrained(self, names: tuple[str, ...], members: int | None) -> nn.Module:
+        return (
+            self.make_module(names) if members is None else Committee([self.make_module(names) for _ in range(members)])
+        )
 
     def set_state(self, state: State) -> None:
         """Take back what ``state`` returned."""
@@ -165,7 +172,9 @@ class NetworkCompensator(Compensator):
             msg = f"input scales of shape {standardizer.mean.shape} for {len(names)} inputs"
             raise ValueError(msg)
         with seeded(0):
-            module = self.make_module(names)
+            module = self._untrained(names, values["members"])
+        if self.settings.optimizer == "lm":
+            module.double()
         load_weights(module, state.weights)
         columns = inputs_from(self.settings, State(values["inputs"], _under(INPUTS, arrays)))
         if columns.count != len(names):

@@ -3,11 +3,11 @@
 The order of training that works: a closed form in float64 first, then the network on the standardized rest. Adam alone
 stops at about 1 nT.
 
-Stage and network learn from all folds but one, and are judged on that one, fold by fold. What was not learned tells
+The network learns from all folds but one, and is judged on that one, fold by fold. What was not learned tells
 after how many steps the in-band error is about least, and how much of the network's output holds
-(``magsim.compensation.networks.evidence``). In the end both learn from all rows, for that many steps (Goodfellow,
-Bengio and Courville, Deep Learning, 2016, algorithm 7.2). An untrained network returns zeros, and step 0 counts: where
-training never helps, the estimate is that of the first stage.
+(``magsim.compensation.networks.evidence``). The answer is the mean of the networks of the folds, or a network that then
+learns from all rows for that many steps (Goodfellow, Bengio and Courville, Deep Learning, 2016, algorithm 7.2). An
+untrained network returns zeros, and step 0 counts: where training never helps, the estimate is that of the first stage.
 """
 
 import hashlib
@@ -17,25 +17,23 @@ from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-import torch
 from torch import nn
 
 from magsim.compensation.base import FitContext
+from magsim.compensation.networks.descent import Errand, Lesson, descend
 from magsim.compensation.networks.evidence import Judge, Unit, share_of
 from magsim.compensation.networks.fitted import Fitted, check_rates, target_of
 from magsim.compensation.networks.folds import Fold, everything, folds_of
 from magsim.compensation.networks.inputs import fit_inputs
-from magsim.compensation.networks.losses import Loss, ResidualLoss, TutoredLoss, band_matrix
+from magsim.compensation.networks.modules.committee import Committee
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage
 from magsim.compensation.tolles_lawson import TollesLawson
 from magsim.dataset import Training
-from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
-from magsim.signals import in_band, spans
 from magsim.streams import integer_seed
-from magsim.training import ArrayWindows, Checkpoint, Outcome, RandomBatches, seeded, train
+from magsim.training import Checkpoint, Outcome, seeded
 
 TOLERANCE = 1.1
 """How much worse than the best a validation value may be and still count as about as good."""
@@ -81,19 +79,20 @@ def fit_network(
         If the recordings are too short, of different rates or not finite, or training diverges.
     """
     run = _Run(settings, training, context, _prepare(settings, module_factory, training, context), dict(identity or {}))
-    steps, share, module = settings.steps, 1.0, None
     outcomes: dict[str, Outcome] = {}
+    members: list[nn.Module] = []
     units: list[Unit] = []
     for number, fold in enumerate(folds_of(training, settings.hold_out, settings.folds) if settings.folds else ()):
         phase = f"fold {number + 1}"
-        module, outcomes[phase], judge = run(phase, fold, settings.steps)
-        units += judge.units(module)
-    if outcomes:
-        steps = enough_steps(pooled(list(outcomes.values())))
-        share = share_of(units) if settings.shrink else float(steps > 0)
-    if module is None or settings.refit:
-        steps = steps if share > 0.0 else 0
-        module, outcomes["all"], _ = run("all", everything(training), steps)
+        member, outcomes[phase], judge = run(phase, fold, settings.steps)
+        members.append(member)
+        units += judge.units(member)
+    steps = enough_steps(pooled(list(outcomes.values()))) if outcomes else settings.steps
+    share = 1.0 if not outcomes else share_of(units) if settings.shrink else float(steps > 0)
+    if settings.refit or not members:
+        member, outcomes["all"], _ = run("all", everything(training), steps if share > 0.0 else 0)
+        members = [member]
+    module = members[0] if len(members) == 1 else Committee(members)
     return replace(run.fitted, module=module, weight=share), outcomes
 
 
@@ -144,6 +143,8 @@ def _prepare(
     with seeded(integer_seed(context.seed, "compensation/weights")):
         module = module_factory(names)
     module.start_at_zero()  # type: ignore[operator]
+    if settings.optimizer == "lm":
+        module.double()
     return Fitted(settings, stage, columns, names, standardizer, mean, scale, module, rate_hz)
 
 
@@ -164,25 +165,25 @@ class _Run:
         if steps == 0:
             # no step helped: the untrained network, which returns zeros, is the answer
             return module, Outcome(0, judge.value(module), 0, ()), judge
+        lesson = self._lesson(fold)
+        errand = Errand(
+            steps,
+            judge.value,
+            phase,
+            integer_seed(self.context.seed, f"compensation/{phase}/batches"),
+            self.context.progress,
+            self._checkpoint(phase, steps, lesson),
+        )
+        return module, descend(settings, module, lesson, errand), judge
+
+    def _lesson(self, fold: Fold) -> Lesson:
+        fitted, sensor = self.fitted, self.training.sensor
         known = [rows & r.reads(sensor) for r, rows in zip(self.training.recordings, fold.learned, strict=True)]
         pairs = [pair for pair in zip(self.training.recordings, known, strict=True) if pair[1].any()]
         recordings, learned = [recording for recording, _ in pairs], [rows for _, rows in pairs]
         inputs = [fitted.inputs(recording) for recording in recordings]
         rest = [fitted.rest(recording, sensor) / fitted.scale for recording in recordings]
-        targets = [np.column_stack(each) for each in zip(rest, self._tutors(recordings), learned, strict=True)]
-        batches = self._batches(recordings, inputs, targets)
-        outcome = train(
-            module,
-            batches,
-            self._loss(recordings, rest, batches.rows),
-            judge.value,
-            settings.plan(steps),
-            seed=integer_seed(self.context.seed, f"compensation/{phase}/batches"),
-            phase=phase,
-            progress=self.context.progress,
-            checkpoint=self._checkpoint(phase, steps, inputs, targets),
-        )
-        return module, outcome, judge
+        return Lesson(recordings, inputs, rest, self._tutors(recordings), learned)
 
     def _tutors(self, recordings: Sequence[Recording]) -> list[np.ndarray]:
         """Return the Tolles-Lawson estimate of the standardized rest, (n,) for each recording: its mean on a stage."""
@@ -193,50 +194,12 @@ class _Run:
         tutor = TollesLawson(fluxgate=settings.fluxgate, direction=settings.direction).fit_rows(rows)
         return [(tutor.interference(recording) - fitted.mean) / fitted.scale for recording in recordings]
 
-    def _batches(
-        self, recordings: Sequence[Recording], inputs: Sequence[np.ndarray], targets: Sequence[np.ndarray]
-    ) -> RandomBatches:
-        """Return a sampler of windows in pieces without a gap."""
-        settings = self.settings
-        cuts = [(number, span) for number, recording in enumerate(recordings) for span in spans(recording.time_s)]
-        try:
-            sources = [
-                ArrayWindows([values[number][span] for number, span in cuts], rows=settings.window)
-                for values in (inputs, targets)
-            ]
-        except ValueError as error:
-            raise DataError(str(error)) from None
-        return RandomBatches(sources, batch=settings.batch)
-
-    def _loss(self, recordings: Sequence[Recording], rest: Sequence[np.ndarray], rows: int) -> Loss:
-        settings = self.settings
-        band, weight = None, 0.0
-        if settings.band_weight > 0.0 and settings.outputs > 1:
-            parts = [in_band(part, recording.time_s) for part, recording in zip(rest, recordings, strict=True)]
-            inside = np.concatenate(parts)
-            if not len(inside):
-                msg = "no training piece is longer than the 60 s that the band-pass spoils"
-                raise DataError(msg)
-            weight = settings.band_weight / max(float(inside.var()), 1e-12)
-            try:
-                matrix = band_matrix(settings.outputs, recordings[0].rate_hz)
-            except ValueError as error:
-                raise RequestError(str(error)) from None
-            band = torch.tensor(matrix.T, dtype=torch.float32)
-        truth = ResidualLoss(band, weight)
-        if settings.tutor > 0.0:
-            rows_per_step = settings.batch * settings.outputs
-            return TutoredLoss(truth, settings.tutor, rows / rows_per_step)
-        return truth
-
-    def _checkpoint(
-        self, phase: str, steps: int, inputs: Sequence[np.ndarray], targets: Sequence[np.ndarray]
-    ) -> Checkpoint | None:
+    def _checkpoint(self, phase: str, steps: int, lesson: Lesson) -> Checkpoint | None:
         if self.context.checkpoint is None:
             return None
         about = {**self.identity, "settings": asdict(self.settings), "seed": self.context.seed, "steps": steps}
         digest = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
-        for array in (*inputs, *targets):
+        for array in (*lesson.inputs, *lesson.targets):
             digest.update(np.ascontiguousarray(array).tobytes())
         return Checkpoint(self.context.checkpoint / phase.replace(" ", "_"), digest.hexdigest())
 

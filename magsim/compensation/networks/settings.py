@@ -90,6 +90,8 @@ class NetworkSettings:
     band_weight : float
         Weight of the in-band error in the loss, beside the broadband error with weight 1; both relative to what the
         stage leaves.
+    weight_decay : float
+        Weight of the squared parameters beside the mean squared error.
     tutor : float
         Decay rate v of paper 000's loss for each epoch; 0 learns the truth alone.
     surgery : bool
@@ -106,7 +108,7 @@ class NetworkSettings:
     shrink : bool
         Use as much of the network's output as holds on rows that it has not learned; else all.
     refit : bool
-        Train once more, on all rows; else the network of the last fold is the answer.
+        Train once more, on all rows, for the answer; else it is the mean of the networks of the folds.
     steps, batch, learning_rate, decay, every, patience, threads
         See ``magsim.training.Plan``.
     """
@@ -120,6 +122,7 @@ class NetworkSettings:
     window: Count = 320
     stride: Count | None = None
     band_weight: Weight = 1.0
+    weight_decay: Weight = 0.0
     tutor: Weight = 0.0
     surgery: bool = False
     steps: Count = 3000

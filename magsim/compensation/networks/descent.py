@@ -1,0 +1,208 @@
+"""How a network is brought down to what it has to learn: Adam on random windows, Levenberg-Marquardt on all rows."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import nn
+
+from magsim.compensation.networks.losses import Loss, ResidualLoss, TutoredLoss, band_matrix
+from magsim.compensation.networks.settings import NetworkSettings
+from magsim.errors import DataError, RequestError
+from magsim.recording import Recording
+from magsim.signals import in_band, spans
+from magsim.training import (
+    ArrayWindows,
+    Checkpoint,
+    LevenbergPlan,
+    Outcome,
+    Progress,
+    RandomBatches,
+    train,
+    train_levenberg,
+)
+
+ROWS_TOGETHER = 320
+"""Rows that are taken through the band-pass together where all rows are learned at once."""
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """What a network learns from, an array for each recording.
+
+    Attributes
+    ----------
+    recordings : sequence of Recording
+    inputs : sequence of (n, c)
+        Standardized.
+    rest, tutor : sequence of (n,)
+        What the stage leaves, standardized; and the Tolles-Lawson estimate of it.
+    learned : sequence of (n,) bool
+        Rows that count.
+    """
+
+    recordings: Sequence[Recording]
+    inputs: Sequence[np.ndarray]
+    rest: Sequence[np.ndarray]
+    tutor: Sequence[np.ndarray]
+    learned: Sequence[np.ndarray]
+
+    @property
+    def targets(self) -> list[np.ndarray]:
+        """Rest, tutor and learned rows side by side, (n, 3) each."""
+        return [np.column_stack(each) for each in zip(self.rest, self.tutor, self.learned, strict=True)]
+
+    @property
+    def pieces(self) -> list[tuple[int, slice]]:
+        """Pieces without a gap: number of the recording, and its rows."""
+        return [(number, span) for number, r in enumerate(self.recordings) for span in spans(r.time_s)]
+
+    def band_weight(self, weight: float) -> float:
+        """Return the weight of the in-band error relative to the variance of what there is in band.
+
+        Raises
+        ------
+        DataError
+            If no piece is long enough for the band-pass.
+        """
+        parts = [in_band(rest, recording.time_s) for rest, recording in zip(self.rest, self.recordings, strict=True)]
+        inside = np.concatenate(parts)
+        if not len(inside):
+            msg = "no training piece is longer than the 60 s that the band-pass spoils"
+            raise DataError(msg)
+        return weight / max(float(inside.var()), 1e-12)
+
+
+@dataclass(frozen=True)
+class Errand:
+    """One training run: most steps, what judges it, its name, its seed, who is told, where its state is kept."""
+
+    steps: int
+    measure: Callable[[nn.Module], float]
+    phase: str
+    seed: int
+    progress: Callable[[Progress], None] | None
+    checkpoint: Checkpoint | None
+
+
+def descend(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:
+    """Train a network and leave it in its best state.
+
+    Raises
+    ------
+    RequestError
+        If a window is too short for the loss, or the optimizer does not take the network.
+    DataError
+        If no piece is as long as a window, or training diverges.
+    """
+    _check(settings)
+    return (_levenberg if settings.optimizer == "lm" else _adam)(settings, module, lesson, errand)
+
+
+def _check(settings: NetworkSettings) -> None:
+    """Refuse settings that the optimizer would not heed, or cannot take."""
+    if settings.optimizer == "lm" and settings.context is None:
+        msg = "optimizer 'lm' takes networks that give one row from the rows before it; this one sees both sides: adam"
+        raise RequestError(msg)
+    if settings.optimizer == "adam" and settings.weight_decay > 0.0:
+        msg = (
+            f"weight_decay {settings.weight_decay:g} has no effect with optimizer 'adam'; allowed: 0, or optimizer 'lm'"
+        )
+        raise RequestError(msg)
+    if settings.optimizer == "lm" and settings.tutor > 0.0:
+        msg = f"tutor {settings.tutor:g} has no effect with optimizer 'lm'; allowed: 0, or optimizer 'adam'"
+        raise RequestError(msg)
+
+
+def _adam(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:
+    try:
+        sources = [
+            ArrayWindows([values[number][span] for number, span in lesson.pieces], rows=settings.window)
+            for values in (lesson.inputs, lesson.targets)
+        ]
+    except ValueError as error:
+        raise DataError(str(error)) from None
+    batches = RandomBatches(sources, batch=settings.batch)
+    return train(
+        module,
+        batches,
+        _loss(settings, lesson, batches.rows),
+        errand.measure,
+        settings.plan(errand.steps),
+        seed=errand.seed,
+        phase=errand.phase,
+        progress=errand.progress,
+        checkpoint=errand.checkpoint,
+    )
+
+
+def _loss(settings: NetworkSettings, lesson: Lesson, rows: int) -> Loss:
+    band, weight = None, 0.0
+    if settings.band_weight > 0.0 and settings.outputs > 1:
+        weight = lesson.band_weight(settings.band_weight)
+        try:
+            matrix = band_matrix(settings.outputs, lesson.recordings[0].rate_hz)
+        except ValueError as error:
+            raise RequestError(str(error)) from None
+        band = torch.tensor(matrix.T, dtype=torch.float32)
+    truth = ResidualLoss(band, weight)
+    if settings.tutor > 0.0:
+        rows_per_step = settings.batch * settings.outputs
+        return TutoredLoss(truth, settings.tutor, rows / rows_per_step)
+    return truth
+
+
+def _levenberg(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:
+    """Learn all rows at once; in band too where consecutive errors can be taken through the band-pass together."""
+    inputs, targets, weights = _all_rows(settings, lesson)
+    plan = LevenbergPlan(
+        errand.steps,
+        every=settings.every,
+        patience=settings.patience,
+        weight_decay=settings.weight_decay,
+        threads=settings.threads,
+    )
+    return train_levenberg(
+        module,
+        inputs,
+        targets,
+        errand.measure,
+        plan,
+        weights=weights,
+        operator=_band_operator(settings, lesson),
+        phase=errand.phase,
+        progress=errand.progress,
+        checkpoint=errand.checkpoint,
+    )
+
+
+def _all_rows(settings: NetworkSettings, lesson: Lesson) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Return windows that end at each row (n, c, w), what is left there (n, 1), and the weight of each row (n,)."""
+    assert settings.context is not None  # checked
+    window = settings.context
+    together = ROWS_TOGETHER if settings.band_weight > 0.0 else 1
+    inputs, targets, weights = [], [], []
+    for number, span in lesson.pieces:
+        values = torch.from_numpy(lesson.inputs[number][span])
+        count = (len(values) - window + 1) // together * together
+        if count <= 0:
+            continue
+        first = len(values) - count
+        inputs.append(values.unfold(0, window, 1)[-count:])
+        targets.append(torch.from_numpy(lesson.rest[number][span][first:, None]))
+        weights.append(torch.from_numpy(lesson.learned[number][span][first:].astype(float)))
+    if not inputs:
+        longest = max((span.stop - span.start for _, span in lesson.pieces), default=0)
+        msg = f"a window has {window + together - 1} rows, but the longest piece without a gap has {longest}"
+        raise DataError(msg)
+    return torch.cat(inputs), torch.cat(targets), torch.cat(weights)
+
+
+def _band_operator(settings: NetworkSettings, lesson: Lesson) -> torch.Tensor | None:
+    """Return what gives each run of errors with their band-passed middle below them, weighted."""
+    if settings.band_weight == 0.0:
+        return None
+    rate_hz = lesson.recordings[0].rate_hz
+    matrix = np.sqrt(lesson.band_weight(settings.band_weight)) * band_matrix(ROWS_TOGETHER, rate_hz)
+    return torch.from_numpy(np.concatenate([np.eye(ROWS_TOGETHER), matrix]))
