@@ -15,6 +15,10 @@ TESTS: Mapping[str, str] = {
 }
 
 
+LEAST = 0.01
+"""What counts as a gain or a loss: a share that no user would notice is neither."""
+
+
 class Added(NamedTuple):
     """What a network adds in one place.
 
@@ -39,13 +43,13 @@ class Added(NamedTuple):
 
     @property
     def helps(self) -> bool:
-        """Whether the whole interval is above 1."""
-        return self.over.low > 1.0
+        """Whether the whole interval is above 1, and the gain counts."""
+        return self.over.low > 1.0 and self.over.value >= 1.0 + LEAST
 
     @property
     def harms(self) -> bool:
-        """Whether the whole interval is below 1."""
-        return self.over.high < 1.0
+        """Whether the whole interval is below 1, and the loss counts."""
+        return self.over.high < 1.0 and self.over.value <= 1.0 - LEAST
 
 
 def cases(methods: Sequence[str], worlds: Sequence[str], count: int) -> list[Case]:
@@ -107,7 +111,7 @@ def rows(found: Sequence[Added]) -> list[Row]:
     ]
     for stage in dict.fromkeys(one.stage for one in found):
         places = [one for one in found if one.stage == stage]
-        unit = f"of {len(places)} networks and places, 95 % interval"
+        unit = f"of {len(places)} networks and places, by {LEAST:.0%} or more, 95 % interval"
         out.append(stated(f"helps_on_{stage}", sum(one.helps for one in places), f"{unit} above 1"))
         out.append(stated(f"harms_on_{stage}", sum(one.harms for one in places), f"{unit} below 1"))
     return out
