@@ -74,7 +74,7 @@ def test_trials_are_the_same_each_time_and_one_more_parameter_changes_no_other(m
     before = spaces.trial("bp", 4, seed=1)
     assert spaces.trial("bp", 4, seed=1) == before
     assert spaces.trial("bp", 4, seed=2) != before
-    more = {"a_new_one": spaces.OneOf((1, 2)), **spaces.SPACES["bp"]}
+    more = tuple({"a_new_one": spaces.OneOf((1, 2)), **space} for space in spaces.SPACES["bp"])
     monkeypatch.setattr(spaces, "SPACES", {"bp": more})
     after = spaces.trial("bp", 4, seed=1)
     assert after.pop("a_new_one") in (1, 2)

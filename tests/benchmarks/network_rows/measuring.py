@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from magsim.compensation import Compensator, FitContext, create, names, presets_of
 from magsim.compensation.networks import NetworkCompensator
 from magsim.compensation.registry import lookup
-from magsim.errors import DataError
+from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 from magsim.threads import one_blas_thread
 from tests.benchmarks.network_rows.flights import WORLDS, Judged, honest, pair
@@ -147,7 +147,8 @@ def measure(folder: Path, case: Case, limit_s: float | None = None) -> dict[str,
     Returns
     -------
     dict
-        ``{"tests": {name: Found as a dict}}``, or ``{"failed": reason}`` where the fit takes too long or diverges.
+        ``{"tests": {name: Found as a dict}}``, or ``{"failed": reason}`` where the fit takes too long, diverges or is
+        refused.
     """
     with one_blas_thread():
         flights = read(folder, case)
@@ -155,7 +156,7 @@ def measure(folder: Path, case: Case, limit_s: float | None = None) -> dict[str,
             method, fit_s = fitted(case, flights.train, limit_s)
         except OverTimeError:
             return {"failed": f"more than {limit_s:g} s", "limit_s": limit_s}
-        except DataError as error:
+        except (DataError, RequestError) as error:
             return {"failed": str(error)}
         return {"tests": {name: one._asdict() for name, one in judged(method, flights.tests, fit_s).items()}}
 

@@ -34,79 +34,80 @@ class LogUniform:
 
 Space = Mapping[str, OneOf | LogUniform]
 
-_RATE = LogUniform(1e-3, 3e-2)
-_HIDDEN = OneOf(([8], [16], [32], [16, 16], [32, 32], [64, 32]))
-_BAND = OneOf((0.0, 1.0, 10.0))
 _COLUMNS = OneOf((["tl16"], ["tl16", "attitude"]))
-_BATCH = OneOf((8, 16, 32))
-_SHORT, _LONG = OneOf((200, 400, 800)), OneOf((1000, 2000, 4000))
+_BAND = OneOf((0.0, 1.0, 10.0))
+_ACTIVATION = OneOf(("tanh", "gelu", "relu"))
+_HIDDEN = OneOf(([8], [16], [32], [16, 16], [32, 32]))
+_UNITS = OneOf((8, 16, 32))
+_TAPS = OneOf((1, 3, 9))
 
-_ADAM: Space = {"learning_rate": _RATE, "batch": _BATCH, "steps": _LONG, "band_weight": _BAND, "inputs": _COLUMNS}
-_RECURRENT: Space = {
-    "learning_rate": _RATE,
-    "batch": _BATCH,
-    "steps": _SHORT,
+_ADAM: Space = {
+    "optimizer": OneOf(("adam",)),
+    "learning_rate": LogUniform(1e-3, 3e-2),
+    "batch": OneOf((4, 8, 16)),
+    "steps": OneOf((200, 400, 800, 1600)),
+    "every": OneOf((50,)),
+    "band_weight": _BAND,
     "inputs": _COLUMNS,
-    "hidden": OneOf((8, 16, 32)),
+}
+_LM: Space = {
+    "optimizer": OneOf(("lm",)),
+    "steps": OneOf((10, 20, 40)),
+    "every": OneOf((1,)),
+    "band_weight": _BAND,
+    "weight_decay": LogUniform(1e-1, 1e2),
+    "inputs": _COLUMNS,
+}
+_RECURRENT: Space = {
+    **{key: values for key, values in _ADAM.items() if key != "band_weight"},
+    "batch": OneOf((8, 16, 32)),
+    "steps": OneOf((100, 200, 400)),
+    "hidden": _UNITS,
     "layers": OneOf((1, 2)),
     "taps": OneOf((10, 20, 40)),
 }
 _DENSE = OneOf(([16], [32], [32, 16]))
+_BPNN: Space = {"hidden": OneOf(([4], [8], [16])), "activation": _ACTIVATION, "window": OneOf((5, 10, 20, 40))}
 
-SPACES: Mapping[str, Space] = {
-    "bp": {**_ADAM, "hidden": _HIDDEN, "activation": OneOf(("tanh", "gelu", "relu"))},
-    "bpnn": {
-        "learning_rate": _RATE,
-        "batch": OneOf((64, 128, 256)),
-        "steps": _LONG,
-        "inputs": _COLUMNS,
-        "hidden": _HIDDEN,
-        "activation": OneOf(("tanh", "gelu", "relu")),
-        "window": OneOf((10, 20, 40, 80)),
-    },
-    "williams": {**_ADAM, "hidden": OneOf((8, 16, 32)), "taps": OneOf((1, 3, 9))},
-    "resnet": {
-        **_ADAM,
-        "steps": OneOf((300, 600, 1000)),
-        "width": OneOf((8, 16)),
-        "blocks": OneOf((2, 3, 4)),
-        "kernel": OneOf((3, 5, 9)),
-        "normalize": OneOf((True, False)),
-    },
-    "magtcn": {
-        **_ADAM,
-        "steps": OneOf((500, 1000, 1500)),
-        "width": OneOf((4, 8)),
-        "kernel": OneOf((11, 25, 51)),
-        "expansion": OneOf((1, 2)),
-    },
-    "res_bp": {**_ADAM, "width": OneOf((16, 32, 64)), "layers": OneOf((1, 2, 3))},
-    "subnetworks": {
-        "taps": OneOf((1, 2, 3, 5)),
-        "steps": OneOf((50, 100, 200, 400)),
-        "optimizer": OneOf(("adam", "lm")),
-    },
-    "lstm_bp": {**_RECURRENT, "dense": _DENSE},
-    "gru_bp": {**_RECURRENT, "dense": _DENSE},
-    "lstm": _RECURRENT,
-    "pg_tlnet": {**_ADAM, "hidden": _HIDDEN, "nonlinear": OneOf(("residual", "coefficients"))},
-    "ga_bp": {
-        "learning_rate": _RATE,
-        "batch": _BATCH,
-        "steps": _LONG,
-        "band_weight": _BAND,
-        "hidden": OneOf(([8], [16], [32])),
-    },
-    "wavelet_bilstm": {
-        "learning_rate": _RATE,
-        "batch": _BATCH,
-        "steps": _SHORT,
-        "inputs": _COLUMNS,
-        "hidden": OneOf((8, 12, 24)),
-        "levels": OneOf((2, 4, 5)),
-    },
+
+def _both(own: Space) -> tuple[Space, ...]:
+    """Return a space of a network that either optimizer takes."""
+    return {**_ADAM, **own}, {**_LM, **own}
+
+
+SPACES: Mapping[str, tuple[Space, ...]] = {
+    "bp": _both({"hidden": _HIDDEN, "activation": _ACTIVATION}),
+    "bpnn": (
+        {**_ADAM, **_BPNN, "band_weight": OneOf((0.0,)), "batch": OneOf((64, 128, 256))},
+        {**_LM, **_BPNN},
+    ),
+    "williams": _both({"hidden": _UNITS, "taps": _TAPS}),
+    "resnet": (
+        {
+            **_ADAM,
+            "width": OneOf((8, 16)),
+            "blocks": OneOf((2, 3, 4)),
+            "kernel": OneOf((3, 5, 9)),
+            "normalize": OneOf((True, False)),
+        },
+    ),
+    "magtcn": ({**_ADAM, "width": OneOf((4, 8)), "kernel": OneOf((11, 25, 51)), "expansion": OneOf((1, 2))},),
+    "res_bp": _both({"width": OneOf((8, 16, 32)), "layers": OneOf((1, 2, 3))}),
+    "subnetworks": _both({"inputs": OneOf((["tl16"], ["tl18"])), "taps": OneOf((1, 2, 3, 5))}),
+    "lstm_bp": ({**_RECURRENT, "dense": _DENSE},),
+    "gru_bp": ({**_RECURRENT, "dense": _DENSE},),
+    "lstm": (_RECURRENT,),
+    "pg_tlnet": _both({"hidden": _HIDDEN, "nonlinear": OneOf(("residual", "coefficients"))}),
+    "ga_bp": _both({"inputs": OneOf((["tl18", "attitude", "attitude_rates"],)), "hidden": OneOf(([8], [16], [32]))}),
+    "wavelet_bilstm": (
+        {
+            **{key: values for key, values in _RECURRENT.items() if key not in ("taps", "layers")},
+            "levels": OneOf((2, 4, 5)),
+        },
+    ),
 }
-"""By method. Sizes are such that most points stay below the time limit of a fit on one core."""
+"""By method; of several spaces each is searched in its turn. Sizes are such that most points stay below the time
+limit of a fit on one core."""
 
 
 def trial(method: str, number: int, seed: int) -> dict[str, Any]:
@@ -116,7 +117,8 @@ def trial(method: str, number: int, seed: int) -> dict[str, Any]:
     """
     if number == 0:
         return {}
+    spaces = SPACES[method]
     return {
         key: values.draw(stream(seed, f"networks/tuning/{method}/{number}/{key}"))
-        for key, values in SPACES[method].items()
+        for key, values in spaces[number % len(spaces)].items()
     }
