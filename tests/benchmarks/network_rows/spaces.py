@@ -52,10 +52,10 @@ _ADAM: Space = {
 }
 _LM: Space = {
     "optimizer": OneOf(("lm",)),
-    "steps": OneOf((10, 20, 40)),
+    "steps": OneOf((15, 30, 60)),
     "every": OneOf((1,)),
     "band_weight": _BAND,
-    "weight_decay": LogUniform(1e-1, 1e2),
+    "weight_decay": LogUniform(1e-4, 1e-1),
     "inputs": _COLUMNS,
 }
 _RECURRENT: Space = {
