@@ -55,7 +55,6 @@ _LM: Space = {
     "steps": OneOf((15, 30, 60)),
     "every": OneOf((1,)),
     "band_weight": _BAND,
-    "weight_decay": LogUniform(1e-4, 1e-1),
     "inputs": _COLUMNS,
 }
 _RECURRENT: Space = {
