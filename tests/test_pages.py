@@ -80,7 +80,9 @@ def test_benchmarks_of_a_page_have_the_options_and_subjects_that_it_names(page: 
         if not words[0].startswith("tests/benchmarks/"):
             continue
         source = Path(ROOT / words[0]).read_text(encoding="utf-8")
-        shared = (ROOT / "tests" / "benchmarks" / "rows.py").read_text(encoding="utf-8") if "collect(" in source else ""
+        common = {"collect(": "rows.py", "add_options(": "network_rows/command.py"}
+        files = [ROOT / "tests" / "benchmarks" / name for call, name in common.items() if call in source]
+        shared = "".join(file.read_text(encoding="utf-8") for file in files)
         for word, value in itertools.pairwise([*words[1:], ""]):
             if word.startswith("--"):
                 assert f'"{word}"' in source + shared, f"{page}: {words[0]} has no option {word}"
