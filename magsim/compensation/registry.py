@@ -79,6 +79,12 @@ _REGISTRY: dict[str, Entry] = {
     "resnet": Entry("magsim.compensation.networks:ResNetCompensator"),
     "res_bp": Entry("magsim.compensation.networks:ResBpCompensator"),
     "subnetworks": Entry("magsim.compensation.networks:SubnetworksCompensator"),
+    "lstm_bp": Entry("magsim.compensation.networks:LSTMBPCompensator"),
+    "gru_bp": Entry("magsim.compensation.networks:GRUBPCompensator"),
+    "lstm": Entry("magsim.compensation.networks:LSTMCompensator"),
+    "pg_tlnet": Entry("magsim.compensation.networks:PGTLNetCompensator"),
+    "ga_bp": Entry("magsim.compensation.networks:GABPCompensator"),
+    "wavelet_bilstm": Entry("magsim.compensation.networks:WaveletBiLSTMCompensator"),
 }
 
 C = TypeVar("C", bound=Callable[..., Any])

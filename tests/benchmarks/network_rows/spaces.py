@@ -64,6 +64,7 @@ _RECURRENT: Space = {
     "hidden": _UNITS,
     "layers": OneOf((1, 2)),
     "taps": OneOf((10, 20, 40)),
+    "stage_band": OneOf(("in", "broad")),
 }
 _DENSE = OneOf(([16], [32], [32, 16]))
 _BPNN: Space = {"hidden": OneOf(([4], [8], [16])), "activation": _ACTIVATION, "window": OneOf((5, 10, 20, 40))}
@@ -97,7 +98,7 @@ SPACES: Mapping[str, tuple[Space, ...]] = {
     "gru_bp": ({**_RECURRENT, "dense": _DENSE},),
     "lstm": (_RECURRENT,),
     "pg_tlnet": _both({"hidden": _HIDDEN, "nonlinear": OneOf(("residual", "coefficients"))}),
-    "ga_bp": _both({"inputs": OneOf((["tl18", "attitude", "attitude_rates"],)), "hidden": OneOf(([8], [16], [32]))}),
+    "ga_bp": _both({"inputs": OneOf((["tl18", "attitude", "coupled"],)), "hidden": OneOf(([8], [16], [32]))}),
     "wavelet_bilstm": (
         {
             **{key: values for key, values in _RECURRENT.items() if key not in ("taps", "layers")},

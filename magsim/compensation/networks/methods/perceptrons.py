@@ -73,6 +73,16 @@ class BPCompensator(NetworkCompensator):
             "steps": 4200,
             "batch": 256,
         },
+        # Paper 003: sizes and tanh. 100 iterations, taken as epochs of 20 minutes, 64 rows a step; its 20 inputs.
+        "paper003": {
+            **PRINTED,
+            "inputs": ("tl16", "angles", "time"),
+            "hidden": (128, 64),
+            "activation": "tanh",
+            "window": 1,
+            "steps": 18_750,
+            "batch": 64,
+        },
     }
 
     def make_module(self, names: tuple[str, ...]) -> nn.Module:

@@ -66,6 +66,13 @@ def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
         ("resnet", {"head": "last"}, 320, 1),
         ("resnet", {"causal": True}, 21, 300),
         ("res_bp", {}, 1, 320),
+        ("lstm_bp", {}, 10, 171),
+        ("lstm_bp", {"taps": 50, "window": 50}, 50, 1),
+        ("gru_bp", {}, 10, 171),
+        ("lstm", {}, 10, 171),
+        ("pg_tlnet", {}, 1, 320),
+        ("ga_bp", {}, 1, 320),
+        ("wavelet_bilstm", {}, None, 160),
         ("subnetworks", {}, 3, 318),
     ],
 )

@@ -12,7 +12,10 @@ from magsim.dataset import flights_of, read_training
 from tests.support.inertial import flown
 from tests.support.paths import ROOT
 
-PAPERS = ("magtcn", "williams", "bpnn", "resnet", "bp", "res_bp", "subnetworks")
+PAPERS = (
+    *("magtcn", "williams", "bpnn", "resnet", "bp", "res_bp", "subnetworks", "lstm_bp", "gru_bp", "lstm"),
+    *("pg_tlnet", "ga_bp", "wavelet_bilstm"),
+)
 
 
 @pytest.fixture(scope="module")
