@@ -79,8 +79,13 @@ METHODS = {
     "pg_tlnet coefficients": {**QUICK, "hidden": (4,), "nonlinear": "coefficients"},
     "ga_bp": {**QUICK, "hidden": (4,)},
     "wavelet_bilstm": {**QUICK, "hidden": 2, "levels": 2, "window": 30, "band_weight": 0.0},
-    "subnetworks": QUICK,
-    "subnetworks field": {**QUICK, "inputs": ("tl16", "time", "position", "travel"), "target": "measured"},
+    "subnetworks": {**QUICK, "band_weight": 0.0},
+    "subnetworks field": {
+        **QUICK,
+        "optimizer": "adam",
+        "inputs": ("tl16", "time", "position", "travel"),
+        "target": "measured",
+    },
     "williams field": {**QUICK, "mode": "field", "inputs": ("attitude", "rates", "position", "height"), "taps": 1},
 }
 REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary", "bp wide", "bpnn ins"}

@@ -22,6 +22,7 @@ def _odd(value: int) -> int:
 
 
 Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
+Optimizer = Literal["adam", "lm"]
 FirstStage = Literal[
     "none",
     "tl16",
@@ -132,7 +133,7 @@ class NetworkSettings:
     every: Count = 100
     patience: Count = 10
     target: Literal["interference", "measured"] = "interference"
-    optimizer: Literal["adam", "lm"] = "adam"
+    optimizer: Optimizer = "adam"
     hold_out: Literal["split", "legs", "blocks", "flights", "days", "individuals"] = "blocks"
     folds: Annotated[int, Field(ge=0)] = 3
     shrink: bool = True

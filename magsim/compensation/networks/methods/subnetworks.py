@@ -10,7 +10,7 @@ from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.methods.perceptrons import PRINTED
 from magsim.compensation.networks.modules.branches import AddedBranches, Branch
 from magsim.compensation.networks.parts import Part, places, refuse
-from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings
+from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings, Optimizer
 from magsim.errors import RequestError
 
 NETS: Mapping[str, tuple[Part, bool]] = {
@@ -41,7 +41,9 @@ class SubnetworksSettings(NetworkSettings):
 
     inputs: Inputs = ("tl16",)
     taps: Count = 3
-    steps: Count = 1000
+    optimizer: Optimizer = "lm"
+    steps: Count = 20
+    every: Count = 4
 
     @property
     def context(self) -> int:
@@ -57,8 +59,16 @@ class SubnetworksCompensator(NetworkCompensator):
     settings: SubnetworksSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": {"steps": 300, "batch": 8, "every": 50, "learning_rate": 1e-2, "folds": 2},
-        "paper": {**PRINTED, "inputs": ("tl16", "time", "position", "travel"), "target": "measured"},
+        "quick": {"steps": 6, "every": 2, "folds": 2, "band_weight": 0.0},
+        # How long is not printed.
+        "paper": {
+            **PRINTED,
+            "inputs": ("tl16", "time", "position", "travel"),
+            "target": "measured",
+            "optimizer": "lm",
+            "steps": 100,
+            "every": 5,
+        },
     }
 
     def make_module(self, names: tuple[str, ...]) -> nn.Module:
