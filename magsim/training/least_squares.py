@@ -39,11 +39,11 @@ class SquaredErrors:
     inputs : (n, c, t)
         May be a view, such as ``unfold`` returns: it is copied batch by batch.
     targets : (n, o)
-    weights : (n,), optional
-        Weight of the squared errors of each row, not negative.
+    weights : (n, o), optional
+        Of the squared errors, not negative.
     operator : (k, g), optional
         Applied to each g consecutive errors, which are then k; such as a band-pass over g samples. Errors have their
-        weights before, so that rows of weight 0 count as if they were met.
+        weights before, so that those of weight 0 count as none.
     decay : float
         Weight of the squared parameters, beside the mean of the squared errors.
 
@@ -136,9 +136,9 @@ class SquaredErrors:
         return values.to(self.start.device, torch.float64)
 
     def _weighed(self, batch: slice, values: Tensor) -> Tensor:
-        """Weigh errors or derivatives (b, o, q) of a batch, apply the operator, and put them in rows (m, q)."""
+        """Weigh errors or derivatives (b, o, q) of a batch in place, apply the operator, and return them as (m, q)."""
         if self._roots is not None:
-            values = self._roots[batch, None, None] * values
+            values *= self._roots[batch, :, None]
         if self._operator is not None:
             values = self._operator @ values.reshape(-1, self._operator.shape[1], values.shape[2])
         return values.reshape(-1, values.shape[2])
@@ -172,8 +172,9 @@ def _check(inputs: Tensor, targets: Tensor, weights: Tensor | None, operator: Te
         raise ValueError(msg)
     if weights is not None:
         usable = bool((weights >= 0.0).all() & weights.isfinite().all() & (weights > 0.0).any())
-        if weights.shape != (len(inputs),) or not usable:
-            msg = f"weights {tuple(weights.shape)}; expected ({len(inputs)},), not negative, not all zero and finite"
+        if weights.shape != targets.shape or not usable:
+            expected = tuple(targets.shape)
+            msg = f"weights {tuple(weights.shape)}; expected {expected}, not negative, not all zero and finite"
             raise ValueError(msg)
     if operator is not None and (operator.shape[1] % targets.shape[1] or targets.numel() % operator.shape[1]):
         msg = (

@@ -96,11 +96,11 @@ def train_levenberg(
     measure : callable
         Validation value of the module, to be made small; called at step 0, every ``plan.every`` steps and at the end.
     plan : LevenbergPlan
-    weights : (n,), optional
-        Weight of the squared errors of each row, not negative.
+    weights : (n, o), optional
+        Of the squared errors, not negative.
     operator : (k, g), optional
         Applied to each g consecutive errors, which are then k; such as a band-pass over g samples. Errors have their
-        weights before, so that rows of weight 0 count as if they were met.
+        weights before, so that those of weight 0 count as none.
     phase : str
         Name of the run in the progress.
     progress : callable, optional

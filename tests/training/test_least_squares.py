@@ -62,11 +62,11 @@ def test_weights_operator_and_decay_are_in_all_three():
         module = SampleMLP(3, (4,), "tanh").double()
     inputs, targets = data(module, rows=8)
     errors, jacobian = by_hand(module, inputs, targets)
-    weights = torch.linspace(0.0, 2.0, 8, dtype=torch.float64)
+    weights = torch.linspace(0.0, 2.0, 48, dtype=torch.float64).reshape(8, 6)
     start = torch.nn.utils.parameters_to_vector(module.parameters()).detach()
     # the operator takes two rows of six outputs at once
     operator = torch.randn(5, 12, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
-    weigh, filtered = torch.diag(weights.sqrt().repeat_interleave(6)), torch.block_diag(*[operator] * 4)
+    weigh, filtered = torch.diag(weights.sqrt().reshape(-1)), torch.block_diag(*[operator] * 4)
     cases = [
         ({"weights": weights}, weigh, 48.0),
         ({"operator": operator}, filtered, 20.0),
@@ -97,8 +97,8 @@ def test_what_does_not_go_together_is_refused():
     module, x, y = SampleMLP(3, (4,)), torch.zeros(6, 3, 2), torch.zeros(6, 2)
     with pytest.raises(ValueError, match=r"inputs \(6, 3, 2\) and targets \(5, 2\)"):
         SquaredErrors(module, x, y[:5])
-    for weights in (torch.ones(5), -torch.ones(6), torch.zeros(6), torch.full((6,), torch.nan)):
-        with pytest.raises(ValueError, match=r"expected \(6,\), not negative, not all zero and finite"):
+    for weights in (torch.ones(6, 1), -torch.ones(6, 2), torch.zeros(6, 2), torch.full((6, 2), torch.nan)):
+        with pytest.raises(ValueError, match=r"expected \(6, 2\), not negative, not all zero and finite"):
             SquaredErrors(module, x, y, weights=weights)
     for columns in (3, 8):
         with pytest.raises(ValueError, match=f"an operator \\(1, {columns}\\) over 12 errors, 2 a row"):

@@ -94,7 +94,7 @@ def test_a_linear_network_is_solved_in_one_step():
         left = design.T @ (weight[:, None] * design) + decay * weight.sum() * torch.eye(5, dtype=torch.float64)
         expected = torch.linalg.solve(left, design.T @ (weight * targets[:, 0]))
         plan = LevenbergPlan(1, damping=1e-12, weight_decay=decay)
-        run((module, inputs, targets), plan, weights=weight, measure=falling())
+        run((module, inputs, targets), plan, weights=weight[:, None], measure=falling())
         torch.testing.assert_close(weights(module), expected, rtol=1e-9, atol=1e-12)
 
 

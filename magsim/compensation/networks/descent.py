@@ -9,6 +9,7 @@ from torch import nn
 
 from magsim.compensation.networks.losses import Loss, ResidualLoss, TutoredLoss, band_matrix
 from magsim.compensation.networks.settings import NetworkSettings
+from magsim.compensation.networks.squares import LearnedPiece, squares_of
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
 from magsim.signals import in_band, spans
@@ -22,9 +23,6 @@ from magsim.training import (
     train,
     train_levenberg,
 )
-
-ROWS_TOGETHER = 320
-"""Rows that are taken through the band-pass together where all rows are learned at once."""
 
 
 @dataclass(frozen=True)
@@ -102,9 +100,6 @@ def descend(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand
 
 def _check(settings: NetworkSettings) -> None:
     """Refuse settings that the optimizer would not heed, or cannot take."""
-    if settings.optimizer == "lm" and settings.context is None:
-        msg = "optimizer 'lm' takes networks that give one row from the rows before it; this one sees both sides: adam"
-        raise RequestError(msg)
     if settings.optimizer == "adam" and settings.weight_decay > 0.0:
         msg = (
             f"weight_decay {settings.weight_decay:g} has no effect with optimizer 'adam'; allowed: 0, or optimizer 'lm'"
@@ -154,8 +149,13 @@ def _loss(settings: NetworkSettings, lesson: Lesson, rows: int) -> Loss:
 
 
 def _levenberg(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:
-    """Learn all rows at once; in band too where consecutive errors can be taken through the band-pass together."""
-    inputs, targets, weights = _all_rows(settings, lesson)
+    """Learn all rows at once, in band too."""
+    pieces = [
+        LearnedPiece(lesson.inputs[k][span], lesson.rest[k][span], lesson.learned[k][span]) for k, span in lesson.pieces
+    ]
+    weight = lesson.band_weight(settings.band_weight) if settings.band_weight > 0.0 else 0.0
+    rate_hz = lesson.recordings[0].rate_hz
+    squares = squares_of(pieces, rate_hz, context=settings.context, window=settings.window, band_weight=weight)
     plan = LevenbergPlan(
         errand.steps,
         every=settings.every,
@@ -165,44 +165,13 @@ def _levenberg(settings: NetworkSettings, module: nn.Module, lesson: Lesson, err
     )
     return train_levenberg(
         module,
-        inputs,
-        targets,
+        squares.inputs,
+        squares.targets,
         errand.measure,
         plan,
-        weights=weights,
-        operator=_band_operator(settings, lesson),
+        weights=squares.weights,
+        operator=squares.operator,
         phase=errand.phase,
         progress=errand.progress,
         checkpoint=errand.checkpoint,
     )
-
-
-def _all_rows(settings: NetworkSettings, lesson: Lesson) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return windows that end at each row (n, c, w), what is left there (n, 1), and the weight of each row (n,)."""
-    assert settings.context is not None  # checked
-    window = settings.context
-    together = ROWS_TOGETHER if settings.band_weight > 0.0 else 1
-    inputs, targets, weights = [], [], []
-    for number, span in lesson.pieces:
-        values = torch.from_numpy(lesson.inputs[number][span])
-        count = (len(values) - window + 1) // together * together
-        if count <= 0:
-            continue
-        first = len(values) - count
-        inputs.append(values.unfold(0, window, 1)[-count:])
-        targets.append(torch.from_numpy(lesson.rest[number][span][first:, None]))
-        weights.append(torch.from_numpy(lesson.learned[number][span][first:].astype(float)))
-    if not inputs:
-        longest = max((span.stop - span.start for _, span in lesson.pieces), default=0)
-        msg = f"a window has {window + together - 1} rows, but the longest piece without a gap has {longest}"
-        raise DataError(msg)
-    return torch.cat(inputs), torch.cat(targets), torch.cat(weights)
-
-
-def _band_operator(settings: NetworkSettings, lesson: Lesson) -> torch.Tensor | None:
-    """Return what gives each run of errors with their band-passed middle below them, weighted."""
-    if settings.band_weight == 0.0:
-        return None
-    rate_hz = lesson.recordings[0].rate_hz
-    matrix = np.sqrt(lesson.band_weight(settings.band_weight)) * band_matrix(ROWS_TOGETHER, rate_hz)
-    return torch.from_numpy(np.concatenate([np.eye(ROWS_TOGETHER), matrix]))
