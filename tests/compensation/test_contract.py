@@ -75,6 +75,7 @@ METHODS = {
     "lstm_bp sigmoid": {**QUICK, "hidden": 2, "taps": 8, "window": 8, "layers": 2, "activation": "sigmoid"},
     "gru_bp": {**QUICK, "hidden": 2, "dense": (2,), "taps": 8, "window": 30, "band_weight": 0.0},
     "lstm": {**QUICK, "hidden": 2, "taps": 8, "window": 30, "band_weight": 0.0},
+    "lstm lm": {"optimizer": "lm", "hidden": 2, "taps": 4, "steps": 2, "every": 1, "folds": 0, "band_weight": 0.0},
     "pg_tlnet": {**QUICK, "hidden": (4,)},
     "pg_tlnet coefficients": {**QUICK, "hidden": (4,), "nonlinear": "coefficients"},
     "ga_bp": {**QUICK, "hidden": (4,)},

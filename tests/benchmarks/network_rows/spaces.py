@@ -66,7 +66,15 @@ _RECURRENT: Space = {
     "taps": OneOf((10, 20, 40)),
     "stage_band": OneOf(("in", "broad")),
 }
+_RECURRENT_LM: Space = {
+    **_LM,
+    "steps": OneOf((10, 20)),
+    "hidden": OneOf((2, 3, 4)),
+    "taps": OneOf((5, 8)),
+    "stage_band": OneOf(("in", "broad")),
+}
 _DENSE = OneOf(([16], [32], [32, 16]))
+_FEW = OneOf(([], [4]))
 _BPNN: Space = {"hidden": OneOf(([4], [8], [16])), "activation": _ACTIVATION, "window": OneOf((5, 10, 20, 40))}
 
 
@@ -94,9 +102,9 @@ SPACES: Mapping[str, tuple[Space, ...]] = {
     "magtcn": ({**_ADAM, "width": OneOf((4, 8)), "kernel": OneOf((11, 25, 51)), "expansion": OneOf((1, 2))},),
     "res_bp": _both({"width": OneOf((8, 16, 32)), "layers": OneOf((1, 2, 3))}),
     "subnetworks": _both({"inputs": OneOf((["tl16"], ["tl18"])), "taps": OneOf((1, 2, 3, 5))}),
-    "lstm_bp": ({**_RECURRENT, "dense": _DENSE},),
-    "gru_bp": ({**_RECURRENT, "dense": _DENSE},),
-    "lstm": (_RECURRENT,),
+    "lstm_bp": ({**_RECURRENT, "dense": _DENSE}, {**_RECURRENT_LM, "dense": _FEW}),
+    "gru_bp": ({**_RECURRENT, "dense": _DENSE}, {**_RECURRENT_LM, "dense": _FEW}),
+    "lstm": (_RECURRENT, _RECURRENT_LM),
     "pg_tlnet": _both({"hidden": _HIDDEN, "nonlinear": OneOf(("residual", "coefficients"))}),
     "ga_bp": _both({"inputs": OneOf((["tl18", "attitude", "coupled"],)), "hidden": OneOf(([8], [16], [32]))}),
     "wavelet_bilstm": (
