@@ -195,3 +195,19 @@ def test_a_network_helps_where_the_whole_interval_says_so():
     assert len(lines) == 8
     assert "**1.25 (1.13 .. 1.38)**" in lines[2]
     assert "| calm | individual | 182 | 0.548 (" in lines[4]
+
+
+def test_the_best_network_with_inputs_of_ours_says_what_it_adds():
+    plan = subjects.Plan(("bp",), ("4",), 1)
+    cases = subjects.ours_cases(plan)
+    assert {case.world for case in cases} == {"4"}
+    for case in cases:
+        create(case.method, **{k: tuple(v) if isinstance(v, list) else v for k, v in case.params.items()})
+    reached = {"tl16_auxiliary": (160.0, 1.1), "exact_norm": (2900.0, 1.0)}
+    rows = {
+        row.name: row for row in subjects.ours_rows([(c, _scored(*reached[c.params["first_stage"]])) for c in cases])
+    }
+    assert rows["bp_on_tl16_auxiliary_ir_level_4"].value == pytest.approx(160.0)
+    best = rows["best_network_inputs_of_ours_ir_level_4"]
+    assert best.holds
+    assert best.unit == "1, bp on exact_norm, 1 times its stage"

@@ -1,10 +1,10 @@
 """What a network adds to a first stage of ours on flights, days and individuals that it has not seen."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tests.benchmarks.network_rows.measuring import Case, Found
-from tests.benchmarks.network_rows.subjects import OURS, STAGES_OF_OURS, Results
+from tests.benchmarks.network_rows.subjects import STAGES_OF_OURS, Results, with_ours
 from tests.benchmarks.physics_rows.intervals import Mean, geometric_mean
 from tests.benchmarks.rows import Row, stated
 
@@ -55,17 +55,12 @@ class Added(NamedTuple):
 def cases(methods: Sequence[str], worlds: Sequence[str], count: int) -> list[Case]:
     """Return the fits: every network on both stages, in every set of every world."""
     return [
-        Case(method, world, number, params=settings(stage))
+        Case(method, world, number, params=with_ours(method, stage))
         for world in worlds
         for stage in STAGES_OF_OURS
         for method in methods
         for number in range(count)
     ]
-
-
-def settings(stage: str) -> dict[str, Any]:
-    """Return the inputs of ours, on a stage of ours."""
-    return {**OURS, "first_stage": stage}
 
 
 def added(results: Results) -> list[Added]:
