@@ -34,7 +34,7 @@ def adapted(recording, folder, *freeze, **params):
 def test_weights_and_scales_are_those_of_the_run_and_the_rest_is_trained(recording, first):
     folder, before = first
     (frozen, *others) = [name for name, _ in before._fitted.module.named_parameters()]
-    after = adapted(recording.take(slice(0, 3200)), folder, frozen)
+    after = adapted(recording.take(slice(0, 3200)), folder, frozen, steps=40, every=20)
     assert torch.equal(weights(after)[frozen], weights(before)[frozen])
     assert any(not torch.equal(weights(after)[name], weights(before)[name]) for name in others)
     assert after._fitted.scale == before._fitted.scale
@@ -61,7 +61,7 @@ def test_runs_that_do_not_fit_are_refused(recording, first, tmp_path):
     with pytest.raises(RequestError, match=r"init .*: the weights do not fit the network: .* has shape"):
         adapted(recording, folder, hidden=(5,))
     with pytest.raises(RequestError, match="reads other inputs or another rate"):
-        adapted(recording, folder, inputs=("tl16",))
+        adapted(recording, folder, inputs=("attitude",))
     with pytest.raises(RequestError, match="freeze 'x' fits no parameter"):
         adapted(recording, folder, "x")
     create("tl16").fit(recording).save(tmp_path)
