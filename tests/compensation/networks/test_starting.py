@@ -7,7 +7,7 @@ from magsim.compensation import FitContext, create
 from magsim.errors import RequestError
 from tests.support.worlds import World, calibration
 
-QUICK = {"steps": 4, "every": 2, "batch": 4, "hidden": (4,), "folds": 0, "learning_rate": 0.01}
+QUICK = {"steps": 4, "every": 2, "batch": 4, "hidden": (4,), "folds": 0, "learning_rate": 0.01, "first_stage": "none"}
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +35,8 @@ def test_weights_and_scales_are_those_of_the_run_and_the_rest_is_trained(recordi
     folder, before = first
     (frozen, *others) = [name for name, _ in before._fitted.module.named_parameters()]
     after = adapted(recording.take(slice(0, 3200)), folder, frozen, steps=40, every=20)
+    assert before.outcomes_["all"].best_step > 0
+    assert after.outcomes_["all"].best_step > 0
     assert torch.equal(weights(after)[frozen], weights(before)[frozen])
     assert any(not torch.equal(weights(after)[name], weights(before)[name]) for name in others)
     assert after._fitted.scale == before._fitted.scale
