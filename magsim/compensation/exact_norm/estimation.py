@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from magsim.compensation.exact_norm.sources import Driven, Signal
+from magsim.compensation.exact_norm.sources import Driven, Shape, Signal
 from magsim.compensation.reduction import Reduction
 from magsim.compensation.targets import Pairs, weight_of_pairs
 from magsim.threads import one_blas_thread
@@ -24,6 +24,14 @@ DAY_NT = 1.0
 
 LATER_S = 0.05
 """Deviation of what the scalar magnetometer lags behind the INS [s] (estimate)."""
+
+BENT = np.array([0.4, 0.4, 0.4, 0.2])
+"""Deviations of the logarithms of the half widths of the memory, known to a factor of one and a half, and of what of it
+comes late (estimates)."""
+
+_TOLD = 1.0
+"""Each of them is fitted if its deviation makes so many times the residual: it makes 25 to 85 pT where there is a
+memory, 0.1 and less where there is none (tuning sets)."""
 
 _HUBER = 4.0
 _ALIKE = 0.3
@@ -61,6 +69,22 @@ class FlightRows(NamedTuple):
     derivative: Callable[[np.ndarray], np.ndarray]
 
 
+class Step(NamedTuple):
+    """The solution of the problem made linear.
+
+    Attributes
+    ----------
+    coefficients : (k, 3)
+    shape : Shape
+    bent_nt : float [nT]
+        How much the change of the memory is in the band, rms.
+    """
+
+    coefficients: np.ndarray
+    shape: Shape
+    bent_nt: float
+
+
 @dataclass(frozen=True, eq=False)
 class Estimated:
     """What was found.
@@ -72,8 +96,7 @@ class Estimated:
     root : (3 k, m)
         Its product with its transpose is the covariance of ``coefficients.ravel()``. Coefficients that no flight tells
         apart have errors of hundreds of nT which cancel in the interference: only a root keeps that.
-    later_s : float [s]
-        What the scalar magnetometer lags behind the INS.
+    shape : Shape
     noise_nt : float [nT]
         Deviation of the residual in band.
     free : float
@@ -84,7 +107,7 @@ class Estimated:
 
     coefficients: np.ndarray
     root: np.ndarray
-    later_s: float
+    shape: Shape
     noise_nt: float
     free: float
     shrunk: np.ndarray
@@ -151,31 +174,36 @@ class Estimation:
         groups = list(dict.fromkeys(signal.group for signal in table))
         self.group = np.array([groups.index(signal.group) for signal in table]).repeat(3)
         self.shrunk = np.ones(len(groups))
+        self.memory = [number for number, signal in enumerate(table) if signal.group == "memory"]
         self.noise_nt, self.per_row = 0.1, reduction.per_row
 
-    def step(
-        self, flights: Sequence[FlightRows], at: np.ndarray, later_s: float, *, size_groups: bool
-    ) -> tuple[np.ndarray, float]:
-        """Return coefficients (k, 3) and lag [s] that solve the problem made linear.
+    def step(self, flights: Sequence[FlightRows], at: np.ndarray, shape: Shape, *, size_groups: bool) -> Step:
+        """Return the solution of the problem made linear.
 
         Parameters
         ----------
         flights : sequence of FlightRows
         at : (k, 3)
             Coefficients where it is made linear.
-        later_s : float [s]
-            Lag of the scalar magnetometer that the background was taken at.
+        shape : Shape
+            That of the signals of the flights.
         size_groups : bool
             Whether the deviations of the groups are found, or left as they are.
         """
         matrix, rest = self._equations(flights, at)
-        days = matrix.shape[1] - at.size - 1
-        matrix *= np.concatenate([self.size, np.full(days, DAY_NT), [LATER_S]])
-        start = np.zeros(matrix.shape[1])
-        start[: at.size], start[-1] = at.ravel() / self.size, later_s / LATER_S
+        size = np.append(BENT[: len(shape.bent)], LATER_S)
+        own, days = at.size, matrix.shape[1] - at.size - len(size)
+        matrix *= np.concatenate([self.size, np.full(days, DAY_NT), size])
+        start = np.concatenate([at.ravel() / self.size, np.zeros(days), np.append(shape.bent, shape.later_s) / size])
+        bent = matrix[:, own + days : -1]
+        is_told = np.sqrt(np.mean(bent**2, axis=0)) > _TOLD * self.noise_nt
+        bent *= is_told
         with one_blas_thread():
             found = self._solve(matrix, rest + matrix @ start, size_groups=size_groups)
-        return (found[: at.size] * self.size).reshape(-1, 3), float(found[-1] * LATER_S)
+            moved = bent @ (found - start)[own + days : -1]
+        reshaped = np.where(is_told, found[own + days : -1] * size[:-1], shape.bent)
+        self._shape = Shape(tuple(reshaped.tolist()), float(found[-1] * LATER_S))
+        return Step((found[:own] * self.size).reshape(-1, 3), self._shape, float(np.sqrt(np.mean(moved**2))))
 
     def settled(self) -> Estimated:
         """Return the solution of the last step, with its errors."""
@@ -186,14 +214,14 @@ class Estimation:
         return Estimated(
             (found[:own] * self.size).reshape(-1, 3),
             root[:own] * self.size[:, None],
-            float(found[-1] * LATER_S),
+            self._shape,
             self.noise_nt,
             self.free,
             self.shrunk[self.group][::3].copy(),
         )
 
     def _equations(self, flights: Sequence[FlightRows], at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return reduced columns (sources, days, lag), and the reduced rest."""
+        """Return reduced columns (sources, days, memory, lag), and the reduced rest."""
         own, beside, days = at.size, flights[0].beside.shape[1], 3 * (len(flights) - 1)
         contrasts = _contrasts(len(flights))
         tables = []
@@ -202,7 +230,11 @@ class Estimation:
             jacobian = _jacobian_lines(flight.driven, at)
             # the first signal is constant: its columns are the direction of the field
             of_day = np.kron(contrasts[number][:, None], jacobian[:3])
-            tables.append(np.vstack([jacobian, of_day, flight.beside.T, flight.derivative(now), flight.target - now]))
+            # what another memory adds, along the total field
+            pull = at[self.memory] @ jacobian[:3]
+            bent = np.array([(slopes * pull).sum(axis=0) for slopes in flight.driven.bends]).reshape(-1, len(now))
+            rate, rest = flight.derivative(now), flight.target - now
+            tables.append(np.vstack([jacobian, of_day, flight.beside.T, bent, rate, rest]))
         reduced = self.reduction(tables)
         extra = slice(own + days, own + days + beside)
         kept = np.delete(reduced, extra, axis=1)
@@ -275,7 +307,7 @@ class Estimation:
         return np.where(np.abs(weights - 1.0) < _ALIKE, 1.0, weights)
 
     def _prior(self, count: int) -> np.ndarray:
-        """Return the inverse variances of the scaled coefficients: sources, then days and lag."""
+        """Return the inverse variances of the scaled unknowns: sources, then days, memory and lag."""
         prior = np.ones(count)
         prior[: len(self.group)] = self.shrunk[self.group] ** -2.0
         return prior

@@ -13,6 +13,7 @@ from magsim.compensation import background as backgrounds
 from magsim.compensation.base import Compensator, FitContext
 from magsim.compensation.columns import pick_fluxgate, position_columns
 from magsim.compensation.exact_norm.estimation import (
+    BENT,
     Estimated,
     Estimation,
     FlightRows,
@@ -20,7 +21,7 @@ from magsim.compensation.exact_norm.estimation import (
     jacobian_of,
     shares_of,
 )
-from magsim.compensation.exact_norm.sources import SourceInputs, Sources
+from magsim.compensation.exact_norm.sources import Driven, Shape, SourceInputs, Sources
 from magsim.compensation.exact_norm.streaming import ExactNormRows, ExactNormStreamer
 from magsim.compensation.observability import check_channels, check_directions
 from magsim.compensation.reduction import Reduction
@@ -35,11 +36,13 @@ from magsim.threads import one_blas_thread
 
 Positive = Annotated[float, Field(gt=0)] | None
 
-_STEPS = 4
-"""Gauss-Newton steps: more change the estimate by at most 0.25 pT in band (levels 0, 2, 4, 6), three by 18 pT."""
+_STEPS, _MOST_STEPS = 4, 8
+"""Gauss-Newton steps: more than four change the estimate by at most 0.25 pT in band (levels 0, 2, 4, 6), three by 18.
+Half widths of a memory that is there take some more."""
 
-_SAME_S = 1e-5
-"""A lag that changed by less is the same one: 0.4 pT, which the step itself still takes up."""
+_SAME_S, _SAME_NT = 1e-5, 4e-4
+"""A lag, and half widths by their effect in band, are the same if they changed by less: 0.4 pT, which the step itself
+still takes up."""
 
 
 class ExactNorm(Compensator):
@@ -69,7 +72,8 @@ class ExactNorm(Compensator):
     memory : bool
         Whether steel remembers the field.
     repeated : bool
-        Take it that a piece was flown just so before: it sets the memory at its start, and needs the whole piece.
+        Take it that a piece was flown just so before: it sets the memory at its start, so that half widths and
+        aftereffect can be fitted too, and needs the whole piece.
     vertical : bool
         Fit the height beside the sources, as what is left of the vertical gradient of the Earth's field; only without
         labels.
@@ -169,17 +173,26 @@ class ExactNorm(Compensator):
         estimation = Estimation(sources.table, reduction, target.pairs(recordings, sensor))
         height = position_columns(recordings, 0, vertical=self.vertical and target.measured).designs
         readings = [sources.read(recording) for recording in recordings]
-        flights: Sequence[FlightRows] = [
-            FlightRows(sources.driven(inputs), target.values(recording, sensor), design.matrix, partial(_rate, inputs))
+        signals = _Signals(sources, readings)
+        beside = [
+            (target.values(recording, sensor), design.matrix, partial(_rate, inputs))
             for recording, inputs, design in zip(recordings, readings, height, strict=True)
         ]
-        at, later_s = np.zeros((len(sources.table), 3)), 0.0
-        for number in range(_STEPS):
-            sources, flights = _moved(sources, flights, readings, later_s)
-            at, later_s = estimation.step(flights, at, sources.later_s, size_groups=number > 0)
+        at = np.zeros((len(sources.table), 3))
+        for number in range(_MOST_STEPS):
+            flights = [FlightRows(driven, *rest) for driven, rest in zip(signals.driven, beside, strict=True)]
+            step = estimation.step(flights, at, signals.sources.shape, size_groups=number > 0)
+            at, is_bent = step.coefficients, step.bent_nt > _SAME_NT
+            if number >= _STEPS - 1 and not is_bent:
+                break
+            signals.shape(step.shape, is_bent=is_bent)
         found = estimation.settled()
-        sources, flights = _moved(sources, flights, readings, found.later_s)
-        return replace(sources, later_s=found.later_s), found, self._offset(recordings, sensor, flights, found)
+        signals.shape(found.shape, is_bent=False)
+        rests = [
+            row[0] - exact_interference(driven, found.coefficients)
+            for driven, row in zip(signals.driven, beside, strict=True)
+        ]
+        return replace(sources, shape=found.shape), found, self._offset(recordings, sensor, rests)
 
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return the length of background and sources minus that of the background, (n,) [nT]; no warm-up."""
@@ -205,15 +218,14 @@ class ExactNorm(Compensator):
             labels=self.target == "interference",
             channels=backgrounds.of_kinds(alive, backgrounds.FLUXGATE_SEES),
         )
-        return Sources(field, backgrounds.of_kinds(alive, self._kinds), self.memory, self.repeated, self.lookahead)
+        channels = backgrounds.of_kinds(alive, self._kinds)
+        sources = Sources(field, channels, self.memory, self.repeated, self.lookahead)
+        return replace(sources, shape=Shape((0.0,) * len(BENT))) if sources.knows_start else sources
 
-    def _offset(
-        self, recordings: Sequence[Recording], sensor: str, flights: Sequence[FlightRows], found: Estimated
-    ) -> float:
-        """Return the mean of the labels that the sources leave; 0 without labels."""
+    def _offset(self, recordings: Sequence[Recording], sensor: str, rests: Sequence[np.ndarray]) -> float:
+        """Return the mean of what the sources leave of labels; 0 without labels."""
         if self.target != "interference":
             return 0.0
-        rests = [flight.target - exact_interference(flight.driven, found.coefficients) for flight in flights]
         kept = [rest[recording.reads(sensor)] for rest, recording in zip(rests, recordings, strict=True)]
         return float(np.concatenate(kept).mean())
 
@@ -268,7 +280,8 @@ class ExactNorm(Compensator):
         values = {
             "background": dict(background.values),
             "channels": [[channel.name, channel.rest] for channel in self._sources.channels],
-            "later_s": found.later_s,
+            "later_s": found.shape.later_s,
+            "bent": list(found.shape.bent),
             "noise_nt": found.noise_nt,
             "free": found.free,
             "offset_nt": self._offset_nt,
@@ -288,8 +301,11 @@ class ExactNorm(Compensator):
         channels = tuple(
             backgrounds.Channel(str(name), None if rest is None else float(rest)) for name, rest in values["channels"]
         )
-        later_s = float(values["later_s"])
-        self._sources = Sources(background, channels, self.memory, self.repeated, self.lookahead, later_s)
+        shape = Shape(tuple(float(bent) for bent in values["bent"]), float(values["later_s"]))
+        self._sources = Sources(background, channels, self.memory, self.repeated, self.lookahead, shape)
+        if len(shape.bent) != len(BENT) * self._sources.knows_start:
+            msg = f"{len(shape.bent)} numbers for the shape of the memory"
+            raise ValueError(msg)
         arrays = {key: np.asarray(state.arrays[key], dtype=float) for key in ("coefficients", "root", "shrunk")}
         signals = len(self._sources.table)
         if arrays["coefficients"].shape != (signals, 3) or len(arrays["root"]) != 3 * signals:
@@ -298,7 +314,7 @@ class ExactNorm(Compensator):
         self._found = Estimated(
             arrays["coefficients"],
             arrays["root"],
-            later_s,
+            shape,
             float(values["noise_nt"]),
             float(values["free"]),
             arrays["shrunk"],
@@ -306,15 +322,27 @@ class ExactNorm(Compensator):
         self._offset_nt = float(values["offset_nt"])
 
 
-def _moved(
-    sources: Sources, flights: Sequence[FlightRows], readings: Sequence[SourceInputs], later_s: float
-) -> tuple[Sources, Sequence[FlightRows]]:
-    """Return sources and rows for another lag of the scalar magnetometer."""
-    if abs(later_s - sources.later_s) <= _SAME_S:
-        return sources, flights
-    sources = replace(sources, later_s=later_s)
-    pairs = zip(flights, readings, strict=True)
-    return sources, [flight._replace(driven=sources.driven(inputs)) for flight, inputs in pairs]
+class _Signals:
+    """Signals of the training recordings: what a change of the shape touches is made anew, and nothing else."""
+
+    def __init__(self, sources: Sources, inputs: Sequence[SourceInputs]) -> None:
+        self.sources, self._inputs = sources, inputs
+        self._motions = [sources.motion(one) for one in inputs]
+        self.driven = self._driven()
+
+    def shape(self, shape: Shape, *, is_bent: bool) -> None:
+        """Take another shape; ``is_bent`` tells whether the memory is another one."""
+        is_later = abs(shape.later_s - self.sources.shape.later_s) > _SAME_S
+        if not (is_later or is_bent):
+            return
+        self.sources = replace(self.sources, shape=shape)
+        if is_later:
+            self._motions = [self.sources.motion(one) for one in self._inputs]
+        self.driven = self._driven()
+
+    def _driven(self) -> list[Driven]:
+        pairs = zip(self._inputs, self._motions, strict=True)
+        return [self.sources.driven(one, motion) for one, motion in pairs]
 
 
 def _rate(inputs: SourceInputs, values: np.ndarray) -> np.ndarray:

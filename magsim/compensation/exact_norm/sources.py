@@ -1,5 +1,6 @@
 """Signals that the sources of an aircraft follow, with what is known of their size before any flight."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,7 +10,7 @@ import numpy as np
 from magsim import columns, signals
 from magsim.compensation import background as backgrounds
 from magsim.compensation.background import BackgroundField, CalibratedField, Channel, taps
-from magsim.compensation.exact_norm.memory import remembered
+from magsim.compensation.exact_norm.memory import WIDTHS_NT, relaxed, remembered
 from magsim.recording import Recording
 
 STRENGTH_NT = 45_000.0
@@ -57,10 +58,38 @@ class Driven(NamedTuple):
     ----------
     background : (n, 3) [nT]
     signals : (n, k)
+    bends : (b, 3, n) [nT]
+        Derivatives of the signals of the memory by ``Shape.bent``.
     """
 
     background: np.ndarray
     signals: np.ndarray
+    bends: np.ndarray
+
+
+class Shape(NamedTuple):
+    """What the signals depend on beside the inputs.
+
+    Attributes
+    ----------
+    bent : tuple of float
+        Logarithms of the half widths of the memory over ``WIDTHS_NT``, and the aftereffect over the hysteresis; none
+        where they are not fitted.
+    later_s : float [s]
+        How much later than its row the background is taken: what the scalar magnetometer lags behind the INS.
+    """
+
+    bent: tuple[float, ...] = ()
+    later_s: float = 0.0
+
+    @property
+    def widths_nt(self) -> tuple[float, ...]:
+        """Half widths of the memory [nT]."""
+        wider = self.bent[:-1] or (0.0,) * len(WIDTHS_NT)
+        return tuple(width * math.exp(more) for width, more in zip(WIDTHS_NT, wider, strict=True))
+
+
+UNSHAPED = Shape()
 
 
 class SourceInputs(NamedTuple):
@@ -96,8 +125,7 @@ class Sources:
         See ``remembered``.
     lookahead_rows : int
         Rows after its own that a row needs.
-    later_s : float [s]
-        How much later than its row the background is taken: what the scalar magnetometer lags behind the INS.
+    shape : Shape
     """
 
     background: BackgroundField
@@ -105,7 +133,12 @@ class Sources:
     memory: bool
     repeated: bool
     lookahead_rows: int
-    later_s: float = 0.0
+    shape: Shape = UNSHAPED
+
+    @property
+    def knows_start(self) -> bool:
+        """Whether the memory at the start of a piece is known: without that, its shape cannot be fitted."""
+        return self.memory and self.repeated
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -134,7 +167,8 @@ class Sources:
 
     def __call__(self, recording: Recording) -> Driven:
         """Return background and signals of a recording; see ``BackgroundField`` for what is raised."""
-        return self.driven(self.read(recording))
+        inputs = self.read(recording)
+        return self.driven(inputs, self.motion(inputs))
 
     def read(self, recording: Recording) -> SourceInputs:
         """Return what background and signals are made from; see ``BackgroundField`` for what is raised."""
@@ -150,24 +184,38 @@ class Sources:
             channels[:, column] = known[channel] if channel in known else channel(recording)
         return SourceInputs(background, channels, signals.spans(recording.time_s), round(recording.rate_hz, 6))
 
-    def driven(self, inputs: SourceInputs) -> Driven:
+    def driven(self, inputs: SourceInputs, motion: Sequence[np.ndarray]) -> Driven:
         """Return background and signals."""
-        field, rate, bend = self._motion(inputs)
-        parts = [np.ones((len(field), 1)), field, rate, bend]
+        field, rate, bend, *late = motion
+        parts, bends = [np.ones((len(field), 1)), field, rate, bend], np.zeros((0, *field.shape[::-1]))
         if self.memory:
-            parts.append(np.concatenate([remembered(field[span], repeated=self.repeated) for span in inputs.spans]))
-        return Driven(field, np.hstack([*parts, inputs.channels]))
+            pieces = [field[span] for span in inputs.spans]
+            widths = self.shape.widths_nt
+            held = [remembered(piece, repeated=self.repeated, widths_nt=widths) for piece in pieces]
+            states = np.concatenate([states for states, _ in held])
+            if self.knows_start:
+                states += self.shape.bent[-1] * late[0]
+                bends = np.concatenate([np.concatenate([slopes for _, slopes in held], axis=2), late[0].T[None]])
+            parts.append(states)
+        return Driven(field, np.hstack([*parts, inputs.channels]), bends)
 
-    def _motion(self, inputs: SourceInputs) -> Sequence[np.ndarray]:
+    def motion(self, inputs: SourceInputs) -> list[np.ndarray]:
+        """Return the background and its first two derivatives by time, and its relaxations where they count."""
+        motion = self._motion(inputs)
+        if self.knows_start:
+            motion.append(np.concatenate([relaxed(motion[0][span], inputs.rate_hz) for span in inputs.spans]))
+        return motion
+
+    def _motion(self, inputs: SourceInputs) -> list[np.ndarray]:
         """Return the background and its first two derivatives by time."""
         if isinstance(self.background, CalibratedField):
             assert isinstance(inputs.background, backgrounds.Readings)
-            return self.background.motion(inputs.background, self.later_s)
+            return self.background.motion(inputs.background, self.shape.later_s)
         field = inputs.background
         assert isinstance(field, np.ndarray)
         out = [np.empty_like(field) for _ in range(3)]
         for order, into in enumerate(out):
-            filtered = taps(order, self.later_s, self.lookahead_rows, inputs.rate_hz)
+            filtered = taps(order, self.shape.later_s, self.lookahead_rows, inputs.rate_hz)
             for span in inputs.spans:
                 into[span] = filtered(field[span])
         return out

@@ -147,7 +147,7 @@ def _vectors(sources: Sources, feed: Feed) -> VectorRows:
 
 def _filters(sources: Sources, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the filters of the vector and its three derivatives, (4, w), and of the channels' two, (2, w)."""
-    background, later_s, lookahead = sources.background, sources.later_s, sources.lookahead_rows
+    background, later_s, lookahead = sources.background, sources.shape.later_s, sources.lookahead_rows
     calibrated = isinstance(background, CalibratedField)
     lag_s = background.lag_s if isinstance(background, CalibratedField) else 0.0
     filters = np.zeros((4, HISTORY_ROWS + 1 + lookahead))
