@@ -7,6 +7,7 @@ through, and then the fitted method.
 
 import hashlib
 import json
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,14 @@ READ_BY_LEARN = ("map", "reference_model")
 Fingerprint = dict[str, Any]
 
 
-def fingerprint(compensator: Compensator, training: Training, *, preset: str | None, seed: int) -> Fingerprint:
+def fingerprint(
+    compensator: Compensator,
+    training: Training,
+    *,
+    preset: str | None,
+    seed: int,
+    context: FitContext | None = None,
+) -> Fingerprint:
     """Describe what a run is made of: settings and the exact rows.
 
     Parameters
@@ -39,6 +47,8 @@ def fingerprint(compensator: Compensator, training: Training, *, preset: str | N
     preset : str, optional
         The preset that was asked for, for the reader alone.
     seed : int
+    context : FitContext, optional
+        Its start weights, frozen parts and precision belong to the run; its device does not.
     """
     rows = []
     for recording, valid in zip(training.recordings, training.valid, strict=True):
@@ -53,7 +63,7 @@ def fingerprint(compensator: Compensator, training: Training, *, preset: str | N
                 "sha256": digest.hexdigest(),
             }
         )
-    files = _files(compensator)
+    files, surroundings = _files(compensator), _surroundings(context or FitContext())
     return {
         "magsim": __version__,
         "method": compensator.name,
@@ -63,7 +73,16 @@ def fingerprint(compensator: Compensator, training: Training, *, preset: str | N
         "sensor": training.sensor,
         "rows": rows,
         **({"files": files} if files else {}),
+        **surroundings,
     }
+
+
+def _surroundings(context: FitContext) -> dict[str, Any]:
+    """Return what of a context decides what is learned, where it is not the default."""
+    out: dict[str, Any] = {} if context.precision == "float32" else {"precision": context.precision}
+    if context.init is not None:
+        out |= {"init": _digest(Path(context.init)), "freeze": list(context.freeze)}
+    return out
 
 
 def _files(compensator: Compensator) -> dict[str, str]:
@@ -71,12 +90,15 @@ def _files(compensator: Compensator) -> dict[str, str]:
     params = compensator.get_params()
     out = {}
     for key in READ_BY_LEARN:
-        path = Path(params.get(key) or "")
-        files = [path / name for name in saving.FILES] if path.is_dir() else [path]
-        digest = hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file()))
         if params.get(key) is not None:
-            out[key] = digest.hexdigest()
+            out[key] = _digest(Path(params[key]))
     return out
+
+
+def _digest(path: Path) -> str:
+    """Return the digest of a file, or of the files of a saved method."""
+    files = [path / name for name in saving.FILES] if path.is_dir() else [path]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
 
 
 def _extent(piece: Recording) -> list[float]:
@@ -93,10 +115,30 @@ class Run:
     folder : Path
     is_complete : bool
         The run is there and through: there is nothing to do.
+    writes : bool
+        Whether this process writes to it; of several that torchrun has started the first alone does.
     """
 
     folder: Path
     is_complete: bool
+    writes: bool = True
+
+    @classmethod
+    def shared(cls, folder: Path, made_of: Fingerprint, *, resume: bool = False, force: bool = False) -> "Run":
+        """Open a folder for all processes that torchrun has started, if it has: the first makes it ready; see ``open``.
+
+        Raises
+        ------
+        MagsimError
+            As ``open``, in the first process.
+        """
+        if "WORLD_SIZE" not in os.environ:
+            return cls.open(folder, made_of, resume=resume, force=force)
+        from magsim.training import distributed
+
+        run = cls.open(folder, made_of, resume=resume, force=force) if distributed.rank() == 0 else None
+        distributed.wait_for_all()
+        return run or cls(folder, (folder / saving.SETTINGS).exists(), writes=False)
 
     @classmethod
     def open(cls, folder: Path, made_of: Fingerprint, *, resume: bool = False, force: bool = False) -> "Run":
@@ -164,10 +206,12 @@ class Run:
         try:
             compensator.fit_rows(training, context)
         except MagsimError:
-            if not (self.folder / CHECKPOINT).exists():
+            if self.writes and not (self.folder / CHECKPOINT).exists():
                 (self.folder / RUN).unlink(missing_ok=True)
                 _remove_empty(self.folder)
             raise
+        if not self.writes:
+            return compensator
         compensator.save(self.folder)
         _remove_phases(self.folder / CHECKPOINT, "step_*", "best.safetensors")
         return compensator

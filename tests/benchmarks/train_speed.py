@@ -1,6 +1,6 @@
-"""How fast networks train, on one thread: an epoch of Levenberg-Marquardt beside a step of scipy's.
+"""How fast networks train, on one thread: MagTCN beside the commit called "before", Levenberg-Marquardt beside scipy.
 
-Run ``python tests/benchmarks/train_speed.py [--json] [--only levenberg]``. Each module of ``train_rows`` has its own
+Run ``python tests/benchmarks/train_speed.py [--json] [--only magtcn]``. Each module of ``train_rows`` has its own
 rows.
 """
 

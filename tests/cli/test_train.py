@@ -137,6 +137,8 @@ def test_a_torch_module_of_ones_own(flight, tmp_path, capsys):
         ('method = "bp"\nsed = 1', "bp.toml:2: sed: unknown key (did you mean 'seed'?)"),
         ('method = "bp"\n[params]\nsteps = 0', "bp.toml:3: params.steps: 0 is not allowed"),
         ('method = "bp"\n[params]\nhiden = [3]', "bp.toml:3: params.hiden: unknown key (did you mean 'hidden'?)"),
+        ('method = "bp"\ndevice = "gpu"', "bp.toml:2: device: 'gpu' is not allowed"),
+        ('method = "bp"\nseeds = [1, -2]', "bp.toml:2: seeds[1]: -2 is not allowed"),
         ("method = ", "bp.toml:1: is not TOML"),
     ],
 )
@@ -159,6 +161,15 @@ def test_what_is_wrong_in_the_file_is_reported_with_its_line(flight, tmp_path, c
         (("tl16", "--seed", "-1"), 2, "seed"),
         (("tl16:ordr=1",), 2, "method tl16: ordr: unknown key (did you mean 'order'?)"),
         (("tl16:preset=demo",), 2, "method tl16 has no preset 'demo'; it has none"),
+        (("tl16", "--device", "auto"), 2, "device: method tl16 is not trained in steps, so that it has no effect"),
+        (("bp", "--device", "gpu"), 2, "device 'gpu' is not allowed; allowed: cpu, cuda, cuda:0, cuda:1, ..., auto"),
+        (("bp", "--freeze", "a*"), 2, "freeze ('a*',) is not allowed; allowed: beside init"),
+        (("bp", "--init", "nothing"), 2, "nothing holds no fitted method"),
+        (("bp", "--precision", "bf16"), 2, "precision bf16: on a CPU it is slower than float32"),
+        (("tl16", "--seeds", "1,2"), 2, "--seeds has no effect: method tl16 is not trained in steps"),
+        (("bp", "--seeds", "1,1"), 2, "'1,1' is not allowed; allowed: whole numbers of 0 or more by comma"),
+        (("bp", "--seeds", "1", "--seed", "2"), 2, "--seed 2 and --seeds exclude each other"),
+        (("bp", "--workers", "2"), 2, "--workers 2 has no effect without --seeds"),
         (("tl16:scale",), 2, "method tl16:scale: 'scale' is not of the form key=value"),
     ],
 )
@@ -198,3 +209,17 @@ def test_a_method_with_settings_is_trained(flight, tmp_path, capsys):
     code, out, _ = run(capsys, "benchmark", flight, "-q", "--methods", "runs/tl16_gradient,tl16_gradient:order=1")
     lines = {line.split()[0]: line.split() for line in out.splitlines() if line}
     assert lines["tl16_gradient"][1:11] == lines["tl16_gradient:order=1"][1:11]
+
+
+def test_several_seeds_at_once_have_a_folder_each(flight, tmp_path, capsys):
+    (tmp_path / "bp.toml").write_text(CONFIG.replace("seed = 3", "seeds = [3, 5]"))
+    code, _, err = run(capsys, "train", "bp.toml", flight, "-o", tmp_path / "runs", "--workers", "2")
+    assert code == 0, err
+    folders = [tmp_path / "runs" / f"seed_{seed}" for seed in (3, 5)]
+    assert [json.loads((folder / "run.json").read_text())["seed"] for folder in folders] == [3, 5]
+    for folder, seed in zip(folders, (3, 5), strict=True):
+        assert f"seed {seed}: {folder}: bp for cabin" in err
+    (tmp_path / "alone.toml").write_text(CONFIG)
+    assert run(capsys, "train", "alone.toml", flight, "-o", tmp_path / "alone", "-q")[0] == 0
+    alone, same, other = (path / "weights.safetensors" for path in (tmp_path / "alone", *folders))
+    assert alone.read_bytes() == same.read_bytes() != other.read_bytes()

@@ -88,6 +88,21 @@ def test_another_value_column_seed_or_setting_gives_another_fingerprint(training
     assert fingerprint(create("bp", **QUICK), training, preset=None, seed=3) == made_of
 
 
+def test_start_weights_and_precision_belong_to_a_run_and_its_device_does_not(training, made_of, tmp_path):
+    create("tl16").fit_rows(training).save(tmp_path)
+
+    def described(**context):
+        return fingerprint(create("bp", **QUICK), training, preset=None, seed=3, context=FitContext(**context))
+
+    assert described() == described(device="auto", logs=tmp_path, deterministic=False) == made_of
+    narrow, begun = described(precision="bf16"), described(init=tmp_path)
+    frozen = described(init=tmp_path, freeze=("a*",))
+    assert (narrow["precision"], begun["freeze"], frozen["freeze"]) == ("bf16", [], ["a*"])
+    assert len(begun["init"]) == 64
+    assert begun["init"] == frozen["init"]
+    assert str(tmp_path) not in json.dumps(begun)
+
+
 def test_a_trained_run_holds_the_method_and_no_checkpoint(training, made_of, tmp_path):
     fitted = fit(tmp_path / "run", training, made_of)
     names = {RUN, "compensator.json", "arrays.npz", "weights.safetensors"}

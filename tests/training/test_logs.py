@@ -2,6 +2,7 @@
 
 import math
 import sys
+from types import ModuleType
 
 import pytest
 
@@ -61,3 +62,39 @@ def test_tensorboard_that_is_missing_is_told_before_training(tmp_path, monkeypat
     ):
         pass
     assert not list(tmp_path.iterdir())
+
+
+def test_event_files_have_a_folder_a_phase_and_begin_where_a_run_continues(tmp_path, monkeypatch):
+    calls = []
+
+    class Writer:
+        def __init__(self, folder, purge_step):
+            self.name = folder[len(str(tmp_path)) :]
+            calls.append((self.name, "purge", purge_step))
+
+        def add_scalar(self, name, value, step):
+            calls.append((self.name, name, value, step))
+
+        def flush(self):
+            pass
+
+        def close(self):
+            calls.append((self.name, "close"))
+
+    module = ModuleType("torch.utils.tensorboard")
+    module.SummaryWriter = Writer
+    monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", module)
+    with open_logs(tmp_path / "log.csv", tmp_path / "events") as log:
+        log(at(10, loss=math.nan))
+        log(at(0, "all"))
+    assert calls == [
+        ("/events/fold_1", "purge", 10),
+        ("/events/fold_1", "validation", 12.0, 10),
+        ("/events/fold_1", "learning_rate", 1e-3, 10),
+        ("/events/all", "purge", 0),
+        ("/events/all", "loss", 0.5, 0),
+        ("/events/all", "validation", 2.0, 0),
+        ("/events/all", "learning_rate", 1e-3, 0),
+        ("/events/fold_1", "close"),
+        ("/events/all", "close"),
+    ]

@@ -17,6 +17,7 @@ from magsim.training import (
     ArrayWindows,
     Checkpoint,
     LevenbergPlan,
+    Machine,
     Outcome,
     Progress,
     RandomBatches,
@@ -74,7 +75,7 @@ class Lesson:
 
 @dataclass(frozen=True)
 class Errand:
-    """One training run: most steps, what judges it, its name, its seed, who is told, where its state is kept."""
+    """One training run: most steps, what judges it, its name and seed, who is told, where its state is, on what."""
 
     steps: int
     measure: Callable[[nn.Module], float]
@@ -82,6 +83,7 @@ class Errand:
     seed: int
     progress: Callable[[Progress], None] | None
     checkpoint: Checkpoint | None
+    machine: Machine
 
 
 def descend(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:
@@ -94,12 +96,15 @@ def descend(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand
     DataError
         If no piece is as long as a window, or training diverges.
     """
-    _check(settings)
+    _check(settings, errand.machine)
     return (_levenberg if settings.optimizer == "lm" else _adam)(settings, module, lesson, errand)
 
 
-def _check(settings: NetworkSettings) -> None:
+def _check(settings: NetworkSettings, machine: Machine) -> None:
     """Refuse settings that the optimizer would not heed, or cannot take."""
+    if settings.optimizer == "lm" and (machine.device.startswith("cuda") or machine.precision != "float32"):
+        msg = f"optimizer 'lm' trains on the CPU in float64, not on {machine.device} in {machine.precision}"
+        raise RequestError(msg)
     if settings.optimizer == "adam" and settings.weight_decay > 0.0:
         msg = (
             f"weight_decay {settings.weight_decay:g} has no effect with optimizer 'adam'; allowed: 0, or optimizer 'lm'"
@@ -129,6 +134,7 @@ def _adam(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: 
         phase=errand.phase,
         progress=errand.progress,
         checkpoint=errand.checkpoint,
+        machine=errand.machine,
     )
 
 

@@ -29,6 +29,7 @@ from magsim.compensation.networks.modules.committee import Committee
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage
+from magsim.compensation.networks.starting import started_from
 from magsim.compensation.tolles_lawson import TollesLawson
 from magsim.dataset import Training
 from magsim.recording import Recording
@@ -78,7 +79,8 @@ def fit_network(
     DataError
         If the recordings are too short, of different rates or not finite, or training diverges.
     """
-    run = _Run(settings, training, context, _prepare(settings, module_factory, training, context), dict(identity or {}))
+    prepared = started_from(_prepare(settings, module_factory, training, context), context)
+    run = _Run(settings, training, context, prepared, dict(identity or {}))
     outcomes: dict[str, Outcome] = {}
     members: list[nn.Module] = []
     units: list[Unit] = []
@@ -173,6 +175,7 @@ class _Run:
             integer_seed(self.context.seed, f"compensation/{phase}/batches"),
             self.context.progress,
             self._checkpoint(phase, steps, lesson),
+            self.context.machine,
         )
         return module, descend(settings, module, lesson, errand), judge
 
@@ -199,7 +202,9 @@ class _Run:
             return None
         about = {**self.identity, "settings": asdict(self.settings), "seed": self.context.seed, "steps": steps}
         digest = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
-        for array in (*lesson.inputs, *lesson.targets):
+        start = [tensor.numpy() for tensor in self.fitted.module.state_dict().values()]
+        digest.update(repr(self.context.freeze).encode())
+        for array in (*start, *lesson.inputs, *lesson.targets):
             digest.update(np.ascontiguousarray(array).tobytes())
         return Checkpoint(self.context.checkpoint / phase.replace(" ", "_"), digest.hexdigest())
 

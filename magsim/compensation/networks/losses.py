@@ -8,6 +8,7 @@ import numpy as np
 from torch import Tensor, nn
 
 from magsim import signals
+from magsim.training import distributed
 
 BAND_EDGE_S = 6.0
 """What is left out at each end of a window after the band-pass inside it [s]."""
@@ -75,10 +76,12 @@ class ResidualLoss:
         first = target.shape[1] - output.shape[1]
         target, learned = target[:, first:], learned[:, first:]
         error = (output - target) * learned
-        share = learned.mean().clamp_min(1e-6)
+        share = learned.mean()
+        distributed.average([share])  # of the whole batch, as one process has it
+        share = share.clamp_min(1e-6)
         loss = (error**2).mean()
         if self.band is not None:
-            loss = loss + self.band_weight * ((error @ self.band) ** 2).mean()
+            loss = loss + self.band_weight * ((error @ self.band.to(error.device)) ** 2).mean()
         return loss / share
 
 

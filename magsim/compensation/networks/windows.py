@@ -55,10 +55,11 @@ def apply_network(
     """
     module.eval()
     function = platform_of(module) if platform else module
+    device = next((parameter.device for parameter in module.parameters()), None)
 
     def outputs(windows: np.ndarray) -> np.ndarray:
         with torch.no_grad():
-            return function(torch.from_numpy(windows)).numpy().astype(float)
+            return function(torch.from_numpy(windows).to(device)).cpu().numpy().astype(float)
 
     out = np.full(len(inputs), np.nan)
     for span in spans(time_s):

@@ -88,8 +88,7 @@ class GABPSettings(BPSettings):
 class GABPCompensator(BPCompensator):
     """Perceptron with one hidden layer on 34 columns (a reconstruction); parameters: ``GABPSettings``.
 
-    The genetic algorithm that gives the paper's network its start weights is left out: started at random, the network
-    is trained further than the search brings it.
+    The genetic algorithm that gives the paper's network its start weights is left out: weights start at random.
     """
 
     name = "ga_bp"

@@ -53,20 +53,31 @@ class DepthwiseFFT(nn.Module):
         self.native = native
         self.causal = causal
 
-    def forward(self, h: Tensor) -> Tensor:
-        """Convolve (*groups, B, T) along its last axis, each group with its own kernel."""
+    def forward(self, h: Tensor, embedding: tuple[Tensor, Tensor] | None = None) -> Tensor:
+        """Convolve (*groups, B, T) along its last axis, each group with its own kernel.
+
+        Parameters
+        ----------
+        h : (*groups, B, T)
+            Or (M, B, T) with an embedding.
+        embedding : ((M, D), (M, D)), optional
+            Gain and offset that make D features of each variable first.
+        """
         # the FFT spreads what comes later over all outputs by rounding
         exact = self.causal and not self.training
-        return self._native(h) if self.native or exact else self._spectral(h)
-
-    def _spectral(self, h: Tensor) -> Tensor:
-        kernel, length = self.weight.shape[-1], h.shape[-1]
-        size = _fast_size(length + kernel - 1)
+        if self.native or exact:
+            return self._native(h if embedding is None else _embed(h, *embedding))
+        # what wraps around must not reach the samples that are kept
+        size = _fast_size(h.shape[-1] + self.weight.shape[-1] // 2)
         # nn.Conv1d correlates, so the kernel is flipped for a true convolution.
-        spectrum = torch.fft.rfft(self.weight.flip(-1), size).unsqueeze(-2) * torch.fft.rfft(h, size)
-        full = torch.fft.irfft(spectrum, size)
-        start = kernel - 1 if self.causal else kernel // 2
-        return full[..., start : length if self.causal else start + length] + self.bias[..., None, None]
+        kernels = torch.fft.rfft(self.weight.flip(-1), size)
+        if embedding is None:
+            spectrum = kernels.unsqueeze(-2) * torch.fft.rfft(h, size)
+        else:
+            spectrum = _embedded(kernels, h, size, *embedding)
+        start = self.weight.shape[-1] - 1 if self.causal else self.weight.shape[-1] // 2
+        stop = h.shape[-1] if self.causal else start + h.shape[-1]
+        return torch.fft.irfft(spectrum, size)[..., start:stop] + self.bias[..., None, None]
 
     def _native(self, h: Tensor) -> Tensor:
         kernel, groups = self.weight.shape[-1], self.bias.numel()
@@ -76,6 +87,24 @@ class DepthwiseFFT(nn.Module):
             flat, self.weight.reshape(groups, 1, kernel), self.bias.flatten(), padding=padding, groups=groups
         )
         return out.transpose(0, 1).reshape(*h.shape[:-1], out.shape[-1])
+
+
+def _embed(z: Tensor, gain: Tensor, offset: Tensor) -> Tensor:
+    """Make (M, D, B, T) of (M, B, T)."""
+    return torch.addcmul(offset[..., None, None], gain[..., None, None], z.unsqueeze(1))
+
+
+def _embedded(kernels: Tensor, z: Tensor, size: int, gain: Tensor, offset: Tensor) -> Tensor:
+    """Return the spectrum of what is embedded and convolved, from M transforms instead of M D.
+
+    That of ``gain z + offset`` follows from those of z and of a constant.
+    """
+    constant = torch.fft.rfft(z.new_ones(z.shape[-1]), size)
+    return torch.addcmul(
+        (kernels * offset[..., None] * constant).unsqueeze(-2),
+        (kernels * gain[..., None]).unsqueeze(-2),
+        torch.fft.rfft(z, size).unsqueeze(1),
+    )
 
 
 def _fast_size(least: int) -> int:
@@ -95,9 +124,15 @@ class GroupedMLP(nn.Module):
         self.down = nn.Parameter(_uniform(groups, size, hidden))
         self.down_bias = nn.Parameter(torch.zeros(groups, size, 1))
 
-    def forward(self, h: Tensor) -> Tensor:
-        """Map (groups, size, n) to the same shape."""
-        return torch.baddbmm(self.down_bias, self.down, nn.functional.gelu(torch.baddbmm(self.up_bias, self.up, h)))
+    def forward(self, h: Tensor, merge: Tensor | None = None) -> Tensor:
+        """Map (groups, size, n) to the same shape, or to (size, n) with weights (size, groups) that sum the groups."""
+        h = nn.functional.gelu(torch.baddbmm(self.up_bias, self.up, h))
+        if merge is None:
+            return torch.baddbmm(self.down_bias, self.down, h)
+        # a sum of products of matrices is one product of longer ones
+        down = (merge.t().unsqueeze(2) * self.down).transpose(0, 1).flatten(1)
+        offset = (merge.t().unsqueeze(2) * self.down_bias).sum(0)
+        return torch.addmm(offset, down, h.flatten(0, 1))
 
 
 def reach(kernel: int, blocks: int) -> int:
@@ -124,13 +159,26 @@ class Block(nn.Module):
         self.features = GroupedMLP(channels, width, expansion)
         self.variables = GroupedMLP(width, channels, expansion)
 
-    def forward(self, h: Tensor) -> Tensor:
-        """Map (M, D, B, T) to the same shape, shorter at its begin if causal."""
-        h = self.time(h)
+    def forward(
+        self, h: Tensor, *, embedding: tuple[Tensor, Tensor] | None = None, merge: Tensor | None = None
+    ) -> Tensor:
+        """Map (M, D, B, T) to the same shape, shorter at its begin if causal.
+
+        Parameters
+        ----------
+        h : (M, D, B, T)
+            Or (M, B, T) with an embedding.
+        embedding : ((M, D), (M, D)), optional
+            Gain and offset of the features; see ``DepthwiseFFT``.
+        merge : (M, D), optional
+            Weights that sum the features: the result is (M, B, T).
+        """
+        h = self.time(h, embedding)
         shape = h.shape
         h = self.features(h.flatten(2))
-        h = self.variables(h.transpose(0, 1).contiguous())
-        return h.transpose(0, 1).reshape(shape)
+        # the products of matrices take the second pair as it lies
+        h = self.variables(h.transpose(0, 1), merge)
+        return h.view(shape[0], *shape[2:]) if merge is not None else h.transpose(0, 1).reshape(shape)
 
 
 class MagTCN(nn.Module):
@@ -209,11 +257,16 @@ class MagTCN(nn.Module):
 
     def _body(self, z: Tensor) -> Tensor:
         """Map (B, M, T) through embedding, blocks and merging to the same shape, shorter at its begin if causal."""
-        h = torch.addcmul(self.embed_bias[..., None, None], self.embed[..., None, None], z.transpose(0, 1).unsqueeze(1))
-        for i, block in enumerate(self.blocks):
-            out = block(h)
-            h = out if i == 0 else out + _end(h, out.shape[-1])
-        return torch.einsum("md,mdbt->bmt", self.merge, h) + self.merge_bias[:, None]
+        z, embedding = z.transpose(0, 1), (self.embed, self.embed_bias)
+        if len(self.blocks) == 1:
+            y = self.blocks[0](z, embedding=embedding, merge=self.merge)
+        else:
+            h = self.blocks[0](z, embedding=embedding)
+            for block in self.blocks[1:]:
+                out = block(h)
+                h = out + _end(h, out.shape[-1])
+            y = torch.einsum("md,mdbt->mbt", self.merge, h)
+        return (y + self.merge_bias[:, None, None]).transpose(0, 1)
 
     def start_at_zero(self) -> None:
         """Set the head to zero, so that an untrained network returns zeros."""

@@ -38,12 +38,12 @@ def test_sizes_of_the_reconstruction(width, head, parameters, million):
 
 
 def test_multiply_accumulates_are_those_that_torch_counts():
-    """Convolution, matrix products and head by torch's own counter; the embedding is a broadcast product."""
+    """Convolution, matrix products and head by torch's own counter; the others are broadcast products."""
     module = MagTCN(5, width=4, kernel=11, window=64, native=True)
     with FlopCounterMode(display=False) as counter:
         module(torch.zeros(1, 5, 64))
-    embedding = 5 * 4 * 64
-    assert counter.get_total_flops() / 2 + embedding == multiply_accumulates(5, width=4, kernel=11, window=64)
+    embedding = merging = 5 * 4 * 64
+    assert counter.get_total_flops() / 2 + embedding + merging == multiply_accumulates(5, width=4, kernel=11, window=64)
 
 
 @pytest.mark.parametrize(("length", "kernel"), [(320, 51), (77, 5), (20, 31)])
@@ -189,3 +189,41 @@ def test_variables_mix_in_the_second_pair_alone():
 def test_even_kernels_are_refused():
     with pytest.raises(ValueError, match="must be odd"):
         MagTCN(3, kernel=50)
+
+
+def _by_the_formulas(module, x):
+    """Paper's steps one after the other: embedding, convolution, both pairs, merging."""
+    z = x.transpose(0, 1).unsqueeze(1)
+    h = module.embed_bias[..., None, None] + module.embed[..., None, None] * z
+    for number, block in enumerate(module.blocks):
+        kernel = block.time.weight.flatten(0, 1).unsqueeze(1)
+        padding = 0 if block.time.causal else kernel.shape[-1] // 2
+        groups = len(kernel)
+        flat = h.flatten(0, 1).transpose(0, 1)
+        out = torch.nn.functional.conv1d(flat, kernel, block.time.bias.flatten(), padding=padding, groups=groups)
+        out = out.transpose(0, 1).unflatten(0, h.shape[:2])
+        shape = out.shape
+        out = block.features(out.flatten(2))
+        out = block.variables(out.transpose(0, 1).contiguous()).transpose(0, 1).reshape(shape)
+        h = out if number == 0 else out + h[..., h.shape[-1] - out.shape[-1] :]
+    y = torch.einsum("md,mdbt->bmt", module.merge, h) + module.merge_bias[:, None]
+    y = y + x[..., x.shape[-1] - y.shape[-1] :]
+    return module.head(y.transpose(1, 2)).squeeze(2)
+
+
+@pytest.mark.parametrize("causal", [False, True])
+@pytest.mark.parametrize("blocks", [1, 2])
+def test_what_is_computed_together_is_what_the_formulas_say(blocks, causal):
+    torch.manual_seed(0)
+    module = MagTCN(5, width=3, kernel=11, window=64, blocks=blocks, causal=causal).double()
+    with torch.no_grad():
+        for parameter in module.parameters():
+            parameter.add_(0.1 * torch.randn_like(parameter))
+    x = torch.randn(3, 5, 64, dtype=torch.double)
+    ends = []
+    for function in (module, lambda x: _by_the_formulas(module, x)):
+        module.zero_grad()
+        out = function(x)
+        (out**3).sum().backward()
+        ends.append((out.detach(), [parameter.grad.clone() for parameter in module.parameters()]))
+    torch.testing.assert_close(*ends, rtol=1e-10, atol=1e-10)
