@@ -1,5 +1,6 @@
 """Fitted methods in folders: settings as JSON, arrays as npz, network weights as safetensors; nothing is pickled."""
 
+import hashlib
 import json
 import zlib
 from collections.abc import Mapping
@@ -105,18 +106,18 @@ def write(folder: Path, settings: Mapping[str, Any], state: State, *, force: boo
         msg = f"cannot make the folder {folder}: {error.strerror}"
         raise RequestError(msg) from None
     whole = {"format": FORMAT, **settings, "learned": state.values}
+    weights = _weights_file(state) if state.weights else b""
+    if weights:
+        # safetensors has no checksum
+        whole["weights_sha256"] = hashlib.sha256(weights).hexdigest()
     text = json.dumps(whole, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
     def write_arrays(path: Path) -> None:
         with path.open("wb") as file:
             np.savez(file, **state.arrays)  # type: ignore[arg-type]
 
-    if state.weights:
-        from safetensors.numpy import save
-
-        # its writer takes the memory of an array as it lies: in C order alone the values come back right
-        tensors = {name: np.ascontiguousarray(array) for name, array in state.weights.items()}
-        atomic_write(folder / WEIGHTS, lambda path: path.write_bytes(save(tensors)), force=force)
+    if weights:
+        atomic_write(folder / WEIGHTS, lambda path: path.write_bytes(weights), force=force)
     atomic_write(folder / ARRAYS, write_arrays, force=force)
     atomic_text(folder / SETTINGS, text, force=force)
 
@@ -160,7 +161,7 @@ def read_state(folder: Path, settings: Mapping[str, Any]) -> State:
         # np.load forgets to close a file that it cannot read
         with np.load(BytesIO((folder / ARRAYS).read_bytes()), allow_pickle=False) as file:
             arrays = dict(file)
-        weights = _read_weights(folder / WEIGHTS) if (folder / WEIGHTS).exists() else {}
+        weights = _read_weights(folder / WEIGHTS, settings.get("weights_sha256"))
     except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile, zlib.error) as error:
         raise unreadable(folder, error) from None
     return State(settings["learned"], arrays, weights)
@@ -171,12 +172,26 @@ def unreadable(folder: Path, error: Exception) -> DataError:
     return DataError(f"{folder}: the saved method cannot be read: {error}")
 
 
-def _read_weights(path: Path) -> dict[str, np.ndarray]:
+def _weights_file(state: State) -> bytes:
+    from safetensors.numpy import save
+
+    # its writer takes the memory of an array as it lies: in C order alone the values come back right
+    return save({name: np.ascontiguousarray(array) for name, array in state.weights.items()})
+
+
+def _read_weights(path: Path, sha256: str | None) -> dict[str, np.ndarray]:
+    if sha256 is None and not path.exists():
+        return {}
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
+    data = path.read_bytes()
     try:
-        return load(path.read_bytes())
+        weights = load(data)
     except SafetensorError as error:
         msg = f"{path.name}: {error}"
         raise ValueError(msg) from None
+    if sha256 is not None and hashlib.sha256(data).hexdigest() != sha256:
+        msg = f"{path.name}: the weights are not those that were written"
+        raise ValueError(msg)
+    return weights

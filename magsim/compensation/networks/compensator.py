@@ -23,7 +23,7 @@ from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Streamer
 from magsim.dataset import Training
 from magsim.recording import Recording
-from magsim.training import Outcome, reproducible, seeded
+from magsim.training import Outcome, put_weights, reproducible, seeded
 
 STAGE, INPUTS = "stage.", "inputs."
 """Prefixes of the arrays of the first stage and of the inputs in the file."""
@@ -199,9 +199,5 @@ def load_weights(module: nn.Module, weights: Mapping[str, np.ndarray]) -> None:
     ValueError
         If names or shapes are not those of the network.
     """
-    try:
-        module.load_state_dict({name: torch.from_numpy(array.copy()) for name, array in weights.items()})
-    except (RuntimeError, TypeError) as error:
-        msg = f"the weights do not fit the network: {error}"
-        raise ValueError(msg) from None
+    put_weights(module, {name: torch.from_numpy(array.copy()) for name, array in weights.items()})
     module.eval()
