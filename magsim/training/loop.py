@@ -257,16 +257,14 @@ def _set_gradients(parameters: Sequence[nn.Parameter], losses: Sequence[Tensor],
         loss = total.detach()
         distributed.average([loss, *(parameter.grad for parameter in parameters if parameter.grad is not None)])
         return float(loss)
-    gradients = [
-        torch.nn.utils.parameters_to_vector(
-            torch.autograd.grad(loss, parameters, retain_graph=True, materialize_grads=True)
-        )
-        for loss in losses
-    ]
-    loss = total.detach()
-    distributed.average([loss, *gradients])
+    gradients = []
+    for loss in losses:
+        parts = torch.autograd.grad(loss, parameters, retain_graph=True, materialize_grads=True)
+        gradients.append(torch.cat([part.reshape(-1) for part in parts]))
+    value = total.detach()
+    distributed.average([value, *gradients])
     merged = project_conflicts(gradients)
     for parameter in parameters:
         count = parameter.numel()
         parameter.grad, merged = merged[:count].reshape(parameter.shape).clone(), merged[count:]
-    return float(loss)
+    return float(value)

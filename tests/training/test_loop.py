@@ -246,3 +246,18 @@ def test_surgery_gives_the_parameters_the_merged_gradient():
     plan = Plan(1, 0.1, decay=False, every=1, surgery=True)
     train(module, batch, two, lambda _: next(values), plan, seed=0)
     torch.testing.assert_close(module.weight[0].detach(), -0.1 * torch.sign(merged), rtol=1e-4, atol=1e-6)
+
+
+def test_surgery_takes_gradients_in_any_memory_order():
+    module = torch.nn.Linear(2, 3, bias=False)
+    product = torch.randn(2, 3, generator=torch.Generator().manual_seed(0))
+
+    def two(m, _data, _step):
+        return [(m.weight.t() * product).sum(), (m.weight.t() ** 2 * product).sum()]
+
+    gradient = torch.autograd.grad(two(module, None, 0)[1], module.weight)[0]
+    assert not gradient.is_contiguous()
+    start = weights(module)
+    values = iter([1.0, 0.0])
+    train(module, batch, two, lambda _: next(values), Plan(1, 0.1, every=1, surgery=True), seed=0)
+    assert not torch.equal(weights(module), start)
