@@ -176,7 +176,7 @@ def _weights_file(state: State) -> bytes:
     from safetensors.numpy import save
 
     # its writer takes the memory of an array as it lies: in C order alone the values come back right
-    return save({name: np.ascontiguousarray(array) for name, array in state.weights.items()})
+    return save({name: np.asarray(array, order="C") for name, array in state.weights.items()})
 
 
 def _read_weights(path: Path, sha256: str | None) -> dict[str, np.ndarray]:

@@ -7,7 +7,7 @@ import pytest
 
 from magsim.compensation import Compensator, State, create, load
 from magsim.compensation import registry as registry_module
-from magsim.compensation.saving import ARRAYS, FILES, SETTINGS
+from magsim.compensation.saving import ARRAYS, FILES, SETTINGS, read_settings, read_state, write
 from magsim.errors import DataError, RequestError
 from tests.support.worlds import World, calibration
 
@@ -185,3 +185,12 @@ def test_weights_come_back_in_any_memory_order(recording, tmp_path):
     (tmp_path / "weights.safetensors").unlink()
     with pytest.raises(DataError, match=r"cannot be read: .*weights\.safetensors"):
         load(tmp_path)
+
+
+def test_weights_keep_their_shapes(tmp_path):
+    """One number is not a list of one: it has no axis."""
+    weights = {"number": np.array(3.0), "one": np.ones(1), "turned": np.arange(6.0).reshape(2, 3).T}
+    write(tmp_path, {"method": "x", "params": {}, "sensor": "s"}, State(weights=weights), force=False)
+    found = read_state(tmp_path, read_settings(tmp_path)).weights
+    assert {name: array.shape for name, array in found.items()} == {"number": (), "one": (1,), "turned": (3, 2)}
+    np.testing.assert_array_equal(found["turned"], weights["turned"])
