@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-import click
-
 if TYPE_CHECKING:
     from magsim.training import Progress
 
@@ -67,18 +65,20 @@ def simulating(*, quiet: bool = False) -> Iterator[Callable[[str, float], None]]
 
 @contextmanager
 def training(*, quiet: bool = False) -> Iterator[Callable[["Progress"], None]]:
-    """Show loss, validation error and remaining time: bars on a terminal, else one line for each tenth of a run.
+    """Show loss, validation error and remaining time as bars.
+
+    Parameters
+    ----------
+    quiet : bool
+        Show nothing. Nothing is shown either where stderr is no terminal; ``log.csv`` has it all.
 
     Yields
     ------
     callable
         Takes a ``magsim.training.Progress``; a new phase adds a bar.
     """
-    if quiet:
+    if quiet or not sys.stderr.isatty():
         yield lambda _progress: None
-        return
-    if not sys.stderr.isatty():
-        yield _lines()
         return
     from rich import progress as bars
     from rich.console import Console
@@ -99,18 +99,6 @@ def training(*, quiet: bool = False) -> Iterator[Callable[["Progress"], None]]:
 
     with shown:
         yield report
-
-
-def _lines() -> Callable[["Progress"], None]:
-    reported: dict[str, int] = {}
-
-    def report(progress: "Progress") -> None:
-        tenth = 10 * progress.step // progress.steps
-        if reported.get(progress.phase, -1) < tenth:
-            reported[progress.phase] = tenth
-            click.echo(f"{progress.phase} {progress.step}/{progress.steps} {_state(progress)}", err=True)
-
-    return report
 
 
 def _state(progress: "Progress") -> str:

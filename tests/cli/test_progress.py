@@ -1,5 +1,6 @@
 """What bars show: the stages of a flight, and what is computed for the first time."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,6 +9,7 @@ import pytest
 
 from magsim import cli
 from magsim.cli import progress as bars
+from magsim.training import Progress
 
 
 @pytest.fixture
@@ -40,3 +42,21 @@ def test_generate_shows_what_the_first_flight_of_a_type_computes(
     shown.clear()
     assert cli.main(flight) == 0
     assert {stage for stage, _ in shown} == {"flight", "field", "sensors"}
+
+
+def test_training_is_shown_on_a_terminal_alone(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def show(*, quiet: bool = False) -> str:
+        with bars.training(quiet=quiet) as report:
+            report(Progress("fold 1", 10, 40, 0.5, 0.25, 0.125, 7.0, 3.0, 1e-3))
+        return capsys.readouterr().err
+
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
+    assert show() == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "140")
+    assert show(quiet=True) == ""
+    text = show()
+    for part in ("fold 1", "10/40", "loss 0.5, in band 0.2500 nT (best 0.1250), ETA 7 s"):
+        assert part in text
