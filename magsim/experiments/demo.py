@@ -103,7 +103,7 @@ def run_demo(
 
 
 def _train(name: str, recording: Recording, sensor: str, progress: Callable[[Any], None]) -> Compensator:
-    """Train one network with its demo preset."""
+    """Train one network with its quick preset."""
     return create(name, preset="quick").fit(recording, sensor=sensor, context=FitContext(progress=progress))
 
 

@@ -111,13 +111,15 @@ class NetworkCompensator(Compensator):
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return first stage plus network, (n,) [nT].
 
-        In double precision: rows by themselves give what rows in batches give, as a stream needs it.
+        Of networks that are streamed in double precision: rows by themselves give what rows in batches give.
         """
         fitted = self._fitted
         check_rate(recording, fitted.rate_hz)
-        inputs = fitted.standardizer(fitted.columns(recording).matrix)
+        inputs, module = fitted.inputs(recording), fitted.module
+        if self.settings.context is not None:
+            inputs, module = fitted.standardizer(fitted.columns(recording).matrix), deepcopy(module).double()
         with reproducible(self.settings.threads):
-            out = fitted.output(deepcopy(fitted.module).double(), inputs, recording.time_s, platform=True)
+            out = fitted.output(module, inputs, recording.time_s, platform=True)
         return fitted.stage.interference(recording) + fitted.mean + fitted.gain_nt * out
 
     @property

@@ -10,6 +10,7 @@ from magsim.errors import RequestError
 from magsim.training import Plan
 
 Count = Annotated[int, Field(ge=1)]
+Folds = Annotated[int, Field(ge=0, le=20)]
 Weight = Annotated[float, Field(ge=0.0)]
 Rate = Annotated[float, Field(gt=0.0, le=1.0)]
 
@@ -135,7 +136,7 @@ class NetworkSettings:
     target: Literal["interference", "measured"] = "interference"
     optimizer: Optimizer = "adam"
     hold_out: Literal["split", "legs", "blocks", "flights", "days", "individuals"] = "blocks"
-    folds: Annotated[int, Field(ge=0)] = 3
+    folds: Folds = 3
     shrink: bool = True
     refit: bool = True
     threads: Count = 1

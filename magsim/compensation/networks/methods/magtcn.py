@@ -8,7 +8,7 @@ from torch import nn
 
 from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.modules.magtcn import MagTCN, reach
-from magsim.compensation.networks.settings import Count, Kernel, NetworkSettings
+from magsim.compensation.networks.settings import Count, Folds, Kernel, NetworkSettings, Rate
 from magsim.errors import RequestError
 
 
@@ -27,8 +27,13 @@ class MagTCNSettings(NetworkSettings):
     """
 
     # The held-out error rises first and falls below its start only after some hundred steps.
-    patience: Count = 40
-    width: Count = 8
+    steps: Count = 600
+    batch: Count = 8
+    learning_rate: Rate = 1e-2
+    every: Count = 50
+    patience: Count = 12
+    folds: Folds = 2
+    width: Count = 4
     expansion: Count = 2
     kernel: Kernel = 51
     head: Literal["flat", "per-time", "last"] = "per-time"
@@ -66,7 +71,7 @@ class MagTCNCompensator(NetworkCompensator):
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
         # Seconds on one core.
-        "quick": {"width": 4, "steps": 1000, "batch": 8, "every": 50, "learning_rate": 1e-2, "patience": 20},
+        "quick": {"steps": 150, "every": 25},
         # The paper's sizes and recipe, 200 epochs of windows at every offset: days on a CPU.
         "paper": {
             "inputs": ("tl16", "angles"),

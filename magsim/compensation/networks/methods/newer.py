@@ -80,9 +80,7 @@ class PGTLNetCompensator(NetworkCompensator):
 class GABPSettings(BPSettings):
     """Parameters of ``ga_bp``: those of ``bp``, with 34 columns and one hidden layer unless asked otherwise."""
 
-    hidden: Hidden = (16,)
     inputs: Inputs = ("tl18", "attitude", "coupled")
-    steps: Count = 600
 
 
 class GABPCompensator(BPCompensator):
@@ -96,7 +94,7 @@ class GABPCompensator(BPCompensator):
     settings: GABPSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": QUICK,
+        "quick": {"hidden": (8,), "steps": 10, "every": 2, "folds": 2},
         # "shallow": one hidden layer, whose size is not public
         "paper": {**PRINTED, "hidden": (16,), "steps": 4000, "batch": 8},
     }

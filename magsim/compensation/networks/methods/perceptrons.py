@@ -9,12 +9,14 @@ from torch import nn
 
 from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.modules.perceptrons import SampleMLP, WindowMLP
-from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings, Rate
+from magsim.compensation.networks.settings import Count, Folds, Inputs, NetworkSettings, Optimizer, Weight
 
 Hidden = Annotated[tuple[Count, ...], Field(min_length=1)]
 Activation = Literal["relu", "tanh", "gelu"]
 
 PRINTED: Mapping[str, object] = {
+    "optimizer": "adam",
+    "weight_decay": 0.0,
     "first_stage": "none",
     "band_weight": 0.0,
     "learning_rate": 1e-3,
@@ -41,12 +43,17 @@ class BPSettings(NetworkSettings):
         See ``NetworkSettings``.
     """
 
-    hidden: Hidden = (32, 32)
+    hidden: Hidden = (16,)
     activation: Activation = "tanh"
     inputs: Inputs = ("tl16",)
-    steps: Count = 4000
-    learning_rate: Rate = 1e-2
-    patience: Count = 40
+    optimizer: Optimizer = "lm"
+    band_weight: Weight = 10.0
+    weight_decay: Weight = 1e-4
+    steps: Count = 30
+    every: Count = 1
+    patience: Count = 8
+    folds: Folds = 5
+    refit: bool = False
 
     @property
     def context(self) -> int:
@@ -62,7 +69,7 @@ class BPCompensator(NetworkCompensator):
     settings: BPSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": {"steps": 2000, "batch": 8, "every": 50},
+        "quick": {"hidden": (8,), "steps": 10, "every": 2, "folds": 2},
         # Paper 001: 18 columns, ReLU. Sizes and recipe are not printed: 200 epochs of 9 minutes, 256 rows a step.
         "paper": {
             **PRINTED,
@@ -105,7 +112,10 @@ class BPNNSettings(NetworkSettings):
     hidden: Hidden = (16,)
     activation: Activation = "tanh"
     window: Count = 40
-    patience: Count = 40
+    steps: Count = 1000
+    batch: Count = 64
+    every: Count = 50
+    folds: Folds = 2
 
     @property
     def context(self) -> int:
@@ -121,7 +131,7 @@ class BPNNCompensator(NetworkCompensator):
     settings: BPNNSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": {"steps": 1000, "batch": 64, "every": 50},
+        "quick": {"steps": 300},
         # 6080 inputs, 112 units; 200 epochs of windows at every offset.
         "paper": {
             **PRINTED,

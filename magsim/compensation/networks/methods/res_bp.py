@@ -9,7 +9,7 @@ from torch import nn
 from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.methods.perceptrons import PRINTED
 from magsim.compensation.networks.modules.residual import ResBp, ResBpActivation
-from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings
+from magsim.compensation.networks.settings import Count, Folds, Inputs, NetworkSettings, Optimizer, Weight
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,11 +25,17 @@ class ResBpSettings(NetworkSettings):
         See ``NetworkSettings``.
     """
 
-    width: Count = 16
-    layers: Count = 2
+    width: Count = 8
+    layers: Count = 1
     activation: ResBpActivation = "tanh"
     inputs: Inputs = ("tl16",)
-    steps: Count = 1000
+    optimizer: Optimizer = "lm"
+    band_weight: Weight = 10.0
+    steps: Count = 30
+    every: Count = 1
+    patience: Count = 8
+    folds: Folds = 5
+    refit: bool = False
 
     @property
     def context(self) -> int:
@@ -45,7 +51,7 @@ class ResBpCompensator(NetworkCompensator):
     settings: ResBpSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": {"width": 16, "steps": 300, "batch": 8, "every": 50, "learning_rate": 1e-2, "folds": 2},
+        "quick": {"steps": 10, "every": 2, "folds": 2},
         # 18 columns and ReLU are printed; 200 epochs of 9 minutes, 256 rows a step.
         "paper": {
             **PRINTED,

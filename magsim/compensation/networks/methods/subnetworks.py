@@ -10,7 +10,7 @@ from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.methods.perceptrons import PRINTED
 from magsim.compensation.networks.modules.branches import AddedBranches, Branch
 from magsim.compensation.networks.parts import Part, places, refuse
-from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings, Optimizer
+from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings, Optimizer, Weight
 from magsim.errors import RequestError
 
 NETS: Mapping[str, tuple[Part, bool]] = {
@@ -42,8 +42,10 @@ class SubnetworksSettings(NetworkSettings):
     inputs: Inputs = ("tl16",)
     taps: Count = 3
     optimizer: Optimizer = "lm"
-    steps: Count = 20
-    every: Count = 4
+    band_weight: Weight = 10.0
+    steps: Count = 30
+    every: Count = 1
+    patience: Count = 8
 
     @property
     def context(self) -> int:

@@ -10,7 +10,7 @@ from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.methods.perceptrons import PRINTED
 from magsim.compensation.networks.modules.branches import AddedBranches, Branch
 from magsim.compensation.networks.parts import places, refuse
-from magsim.compensation.networks.settings import Count, NetworkSettings
+from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings, Optimizer, Weight
 from magsim.errors import RequestError
 
 
@@ -32,9 +32,14 @@ class WilliamsSettings(NetworkSettings):
     """
 
     mode: Literal["tl", "field"] = "tl"
-    hidden: Count = 16
-    taps: Count = 3
-    steps: Count = 1000
+    hidden: Count = 8
+    taps: Count = 1
+    inputs: Inputs = ("tl16",)
+    optimizer: Optimizer = "lm"
+    band_weight: Weight = 10.0
+    steps: Count = 30
+    every: Count = 1
+    patience: Count = 8
 
     @property
     def context(self) -> int:
@@ -50,7 +55,7 @@ class WilliamsCompensator(NetworkCompensator):
     settings: WilliamsSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": {"hidden": 8, "steps": 300, "batch": 8, "every": 50, "learning_rate": 1e-2, "folds": 2},
+        "quick": {"steps": 10, "every": 2, "folds": 2},
         # 39 units a branch meet the printed 0.238 million; 200 epochs of windows at every offset.
         "paper": {**PRINTED, "inputs": ("tl16", "angles"), "hidden": 39, "taps": 320, "steps": 3500, "batch": 256},
         # Williams 1993: no Tolles-Lawson columns; local field, diurnal variation and interference of the reading.
