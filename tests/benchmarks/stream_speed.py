@@ -60,14 +60,13 @@ def measured(method: Compensator, recording: Recording, count: int) -> tuple[flo
 
 def rows_of(recording: Recording) -> list[Row]:
     """Figures of all methods."""
-    quick = {"steps": 20, "every": 10, "batch": 4}
     methods = {
         "tl16": (create("tl16"), 12_000),
         "tl16_calibrated": (create("tl16_calibrated"), 6000),
         "tl16_auxiliary": (create("tl16_auxiliary"), 6000),
         "tl16_recursive": (create("tl16_recursive"), 6000),
         "exact_norm": (create("exact_norm"), 6000),
-        "bp": (create("bp", **quick), 3000),
+        "bp": (create("bp", preset="quick"), 3000),
         "own_estimate": (Mean(), 3000),
     }
     found = []

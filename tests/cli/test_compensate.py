@@ -330,7 +330,7 @@ def test_channels_that_cannot_be_right_are_refused(name, rows, model, magsim, fe
 
 
 def test_attitude_in_radians_is_seen_where_it_is_read(recording, rows, magsim):
-    method = create("bp", steps=5, every=5, batch=2, inputs=("tl16", "attitude")).fit(recording)
+    method = create("bp", steps=2, folds=2, inputs=("tl16", "attitude")).fit(recording)
     method.save("bp")
     names = ("ins_roll_deg", "ins_pitch_deg", "ins_heading_deg")
     (Path("in.csv")).write_bytes(csv_of(rows, **dict.fromkeys(names, np.radians)))

@@ -18,6 +18,8 @@ CONFIG = """\
 method = "bp"
 seed = 3
 [params]
+optimizer = "adam"
+weight_decay = 0.0
 steps = 20
 every = 10
 batch = 2
@@ -164,7 +166,7 @@ def test_what_is_wrong_in_the_file_is_reported_with_its_line(flight, tmp_path, c
         (("bp", "--device", "gpu"), 2, "device 'gpu' is not allowed; allowed: cpu, cuda, cuda:0, cuda:1, ..., auto"),
         (("bp", "--freeze", "a*"), 2, "freeze ('a*',) is not allowed; allowed: beside init"),
         (("bp", "--init", "nothing"), 2, "nothing holds no fitted method"),
-        (("bp", "--precision", "bf16"), 2, "precision bf16: on a CPU it is slower than float32"),
+        (("bpnn", "--precision", "bf16"), 2, "precision bf16: on a CPU it is slower than float32"),
         (("tl16", "--seeds", "1,2"), 2, "--seeds has no effect: method tl16 is not trained in steps"),
         (("bp", "--seeds", "1,1"), 2, "'1,1' is not allowed; allowed: whole numbers of 0 or more by comma"),
         (("bp", "--seeds", "1", "--seed", "2"), 2, "--seed 2 and --seeds exclude each other"),

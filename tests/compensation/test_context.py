@@ -62,7 +62,7 @@ def test_a_method_without_steps_refuses_what_it_would_not_heed(recording, saved,
 
 def test_training_is_logged_and_shown(recording, tmp_path):
     seen = []
-    method = create("bp", steps=4, every=2, batch=2, hidden=(4,))
+    method = create("bp", steps=4, every=2, hidden=(4,), folds=2)
     method.fit(recording, context=FitContext(progress=seen.append, logs=tmp_path / "logs"))
     with (tmp_path / "logs" / "log.csv").open() as file:
         rows = list(csv.DictReader(file))

@@ -15,6 +15,7 @@ from tests.support.inertial import flown
 from tests.support.methods import without
 from tests.support.worlds import World, calibration, parts
 
+LM = {"steps": 2, "every": 1, "folds": 0, "band_weight": 0.0}
 QUICK = {"steps": 6, "every": 3, "batch": 4, "folds": 0}
 METHODS = {
     "none": {},
@@ -50,10 +51,10 @@ METHODS = {
     "magtcn": {**QUICK, "width": 2, "kernel": 11},
     "magtcn causal": {**QUICK, "width": 2, "kernel": 11, "causal": True},
     "magtcn last": {**QUICK, "width": 2, "kernel": 11, "window": 50, "head": "last"},
-    "bp": QUICK,
+    "bp": LM,
     "bpnn": {**QUICK, "window": 50, "hidden": (4,)},
     "bp wide": {
-        **QUICK,
+        **LM,
         "inputs": ("tl18", "auxiliary", "attitude", "rates", "currents", "surfaces", "travel", "height"),
         "direction": "calibrated",
         "first_stage": "exact_norm",
@@ -66,28 +67,28 @@ METHODS = {
         "direction": "ins",
         "first_stage": "tl16_auxiliary",
     },
-    "williams": {**QUICK, "hidden": 2},
+    "williams": {**LM, "hidden": 2},
     "resnet": {**QUICK, "width": 2, "blocks": 1},
     "resnet causal": {**QUICK, "width": 2, "blocks": 1, "causal": True},
     "resnet last": {**QUICK, "width": 2, "blocks": 1, "window": 50, "head": "last"},
-    "res_bp": {**QUICK, "width": 4, "layers": 1},
+    "res_bp": {**LM, "width": 4, "layers": 1},
     "lstm_bp": {**QUICK, "hidden": 2, "dense": (2,), "taps": 8, "window": 140},
     "lstm_bp sigmoid": {**QUICK, "hidden": 2, "taps": 8, "window": 8, "layers": 2, "activation": "sigmoid"},
     "gru_bp": {**QUICK, "hidden": 2, "dense": (2,), "taps": 8, "window": 30, "band_weight": 0.0},
     "lstm": {**QUICK, "hidden": 2, "taps": 8, "window": 30, "band_weight": 0.0},
-    "lstm lm": {"optimizer": "lm", "hidden": 2, "taps": 4, "steps": 2, "every": 1, "folds": 0, "band_weight": 0.0},
+    "lstm lm": {**LM, "optimizer": "lm", "hidden": 2, "taps": 4},
     "pg_tlnet": {**QUICK, "hidden": (4,)},
     "pg_tlnet coefficients": {**QUICK, "hidden": (4,), "nonlinear": "coefficients"},
-    "ga_bp": {**QUICK, "hidden": (4,)},
+    "ga_bp": {**LM, "hidden": (4,)},
     "wavelet_bilstm": {**QUICK, "hidden": 2, "levels": 2, "window": 30, "band_weight": 0.0},
-    "subnetworks": {**QUICK, "band_weight": 0.0},
+    "subnetworks": LM,
     "subnetworks field": {
         **QUICK,
         "optimizer": "adam",
         "inputs": ("tl16", "time", "position", "travel"),
         "target": "measured",
     },
-    "williams field": {**QUICK, "mode": "field", "inputs": ("attitude", "rates", "position", "height"), "taps": 1},
+    "williams field": {**LM, "mode": "field", "inputs": ("attitude", "rates", "position", "height"), "taps": 1},
 }
 REAL_FIELD = {"tl16_ins", "tl16_calibrated", "tl16_auxiliary", "bp wide", "bpnn ins"}
 READ_THE_READING = {"tl16_recursive", "vector_tl", "exact_norm_adaptive"}

@@ -14,6 +14,7 @@ from magsim.errors import DataError, RequestError
 from tests.support.worlds import World, calibration
 
 QUICK = {"steps": 4, "every": 2, "batch": 2, "hidden": (4,), "hold_out": "blocks", "learning_rate": 1e-3}
+QUICK |= {"optimizer": "adam", "weight_decay": 0.0}
 
 
 @pytest.fixture(scope="module")

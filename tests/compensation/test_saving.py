@@ -168,7 +168,7 @@ def test_settings_that_are_none_are_refused(run, text):
 
 def test_weights_come_back_in_any_memory_order(recording, tmp_path):
     """Weights of a network lie in safetensors, and damaged ones are refused."""
-    quick = {"steps": 2, "every": 1, "batch": 2, "hidden": (3, 2), "hold_out": "blocks"}
+    quick = {"steps": 2, "every": 1, "hidden": (3, 2), "refit": True, "folds": 2}
     method = create("bp", **quick).fit(recording)
     layer = method._fitted.module.layers[0]
     layer.weight.data = layer.weight.data.T.contiguous().T

@@ -103,6 +103,7 @@ class NetworkCompensator(Compensator):
     def learn(self, training: Training, context: FitContext) -> None:
         """Train; see ``Compensator.learn``."""
         self.settings.check()
+        self.settings.refuse_of_adam(self.presets)
         identity = {"method": self.name, "params": self.get_params()}
         self._fitted, self.outcomes_ = fit_network(
             self.settings, self.make_module, training, context, identity=identity

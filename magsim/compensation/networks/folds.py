@@ -54,7 +54,8 @@ def folds_of(training: Training, hold_out: HoldOut, count: int) -> list[Fold]:
     Raises
     ------
     RequestError
-        If there are not two flights, days or aircraft to divide, or a recording does not tell which one it is.
+        If there are not two legs, blocks, flights, days or aircraft to divide, or a recording does not tell which one
+        it is.
     """
     if hold_out == "split":
         return [_split(training)] if any(valid.any() for valid in training.valid) else []
@@ -63,7 +64,11 @@ def folds_of(training: Training, hold_out: HoldOut, count: int) -> list[Fold]:
         numbers = [_legs(r) if hold_out == "legs" else _blocks(r) for r in recordings]
     else:
         numbers = _groups(recordings, hold_out)
-    folds = min(count, len(np.unique(np.concatenate(numbers))))
+    there = len(np.unique(np.concatenate(numbers)))
+    folds = min(count, there)
+    if folds < 2:
+        msg = f"hold_out {hold_out!r}: there are too few {hold_out} ({there}) for two folds; allowed: folds = 0, split"
+        raise RequestError(msg)
     return [_fold(recordings, [each % folds == k for each in numbers]) for k in range(folds)]
 
 

@@ -1,6 +1,7 @@
 """Settings of a network that learns what a closed-form first stage leaves."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -24,6 +25,8 @@ def _odd(value: int) -> int:
 
 Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
 Optimizer = Literal["adam", "lm"]
+OF_ADAM = ("batch", "learning_rate", "decay", "surgery")
+"""Settings that Levenberg-Marquardt does not heed."""
 FirstStage = Literal[
     "none",
     "tl16",
@@ -106,7 +109,7 @@ class NetworkSettings:
     hold_out : {"split", "legs", "blocks", "flights", "days", "individuals"}
         What a fold leaves out; see ``magsim.compensation.networks.folds``.
     folds : int
-        Most folds; 0 trains once, for all steps.
+        Most folds, 2 or more; 0 trains once, for all steps.
     shrink : bool
         Use as much of the network's output as holds on rows that it has not learned; else all.
     refit : bool
@@ -172,6 +175,31 @@ class NetworkSettings:
         if self.context is not None and self.context > self.window:
             msg = f"window: {self.window} rows are fewer than the {self.context} that an output is made from"
             raise RequestError(msg)
+        if self.folds == 1 and self.hold_out != "split":
+            msg = (
+                f"folds 1: one fold of {self.hold_out} leaves all of them out and nothing to learn; allowed: 2 or "
+                "more, or 0 to train once, on all rows"
+            )
+            raise RequestError(msg)
+
+    def refuse_of_adam(self, presets: Mapping[str, Mapping[str, object]]) -> None:
+        """Refuse settings of Adam beside Levenberg-Marquardt, unless they are those of the method or of a preset.
+
+        Raises
+        ------
+        RequestError
+        """
+        if self.optimizer != "lm":
+            return
+        default = {field.name: field.default for field in fields(self)}
+        for name in OF_ADAM:
+            value = getattr(self, name)
+            usual = [default[name], *(preset[name] for preset in presets.values() if name in preset)]
+            if value not in usual:
+                msg = (
+                    f"{name} {value!r} has no effect with optimizer 'lm'; leave it out, or train with optimizer 'adam'"
+                )
+                raise RequestError(msg)
 
     def plan(self, steps: int) -> Plan:
         """Return the plan of a training run of so many steps."""

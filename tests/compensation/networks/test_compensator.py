@@ -11,7 +11,8 @@ from magsim.errors import DataError, RequestError
 from tests.support.worlds import World, calibration
 
 FLUX, ATTITUDE = "flux_{sensor}_{axis}_nt", "ins_{angle}_deg"
-QUICK = {"steps": 2, "every": 1, "batch": 2, "hold_out": "blocks"}
+QUICK = {"steps": 2, "every": 1, "batch": 2, "hold_out": "blocks", "folds": 2}
+ADAM = {"optimizer": "adam", "weight_decay": 0.0}
 
 
 @pytest.mark.parametrize(
@@ -57,7 +58,7 @@ def test_only_windows_that_end_at_the_output_are_causal():
 )
 def test_changed_files_are_refused(tmp_path, change, text):
     recording = calibration(World(circuits=1))
-    create("bp", **QUICK).fit(recording).save(tmp_path)
+    create("bp", **QUICK, **ADAM).fit(recording).save(tmp_path)
     settings = json.loads((tmp_path / SETTINGS).read_text())
     settings["learned"] |= change
     (tmp_path / SETTINGS).write_text(json.dumps(settings))
@@ -67,7 +68,7 @@ def test_changed_files_are_refused(tmp_path, change, text):
 
 def test_results_of_the_training_runs_are_saved(tmp_path):
     recording = calibration(World(circuits=1))
-    method = create("bp", **QUICK).fit(recording)
+    method = create("bp", **QUICK, **ADAM).fit(recording)
     method.save(tmp_path)
     for name, outcome in load(tmp_path).outcomes_.items():
         kept = method.outcomes_[name]

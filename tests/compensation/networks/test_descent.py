@@ -101,11 +101,21 @@ def test_the_mean_of_the_networks_of_the_folds_in_float64_comes_back_bit_by_bit(
 @pytest.mark.parametrize(
     ("name", "settings", "error", "text"),
     [
-        ("bp", {"weight_decay": 0.1}, RequestError, "weight_decay 0.1 has no effect with optimizer 'adam'"),
+        ("bpnn", {"weight_decay": 0.1}, RequestError, "weight_decay 0.1 has no effect with optimizer 'adam'"),
         ("bp", {**LM, "tutor": 0.1}, RequestError, "tutor 0.1 has no effect with optimizer 'lm'"),
+        ("bp", {**LM, "batch": 5}, RequestError, "batch 5 has no effect with optimizer 'lm'; leave it out, or"),
+        ("bp", {**LM, "learning_rate": 0.1}, RequestError, "learning_rate 0.1 has no effect with optimizer 'lm'"),
+        ("subnetworks", {"surgery": True}, RequestError, "surgery True has no effect with optimizer 'lm'"),
         ("bp", {**LM, "hidden": (80, 80)}, RequestError, "trains networks of 1 to 5000 parameters; SampleMLP has 7921"),
     ],
 )
 def test_what_an_optimizer_does_not_take_is_refused(recording, name, settings, error, text):
     with pytest.raises(error, match=text):
         create(name, **settings, steps=2, folds=0).fit(recording)
+
+
+def test_settings_of_adam_that_a_preset_brings_along_do_not_matter(recording):
+    settings = {"optimizer": "lm", "steps": 1, "every": 1, "folds": 0, "hidden": (2,), "inputs": ("tl16",)}
+    method = create("bp", preset="paper", **settings).fit(recording.take(slice(0, 900)))
+    assert method.settings.batch == 256
+    assert method.outcomes_["all"].steps == 1

@@ -50,7 +50,7 @@ def test_bp_on_the_residual_beats_tolles_lawson():
 def test_where_nothing_is_left_to_learn_the_estimate_is_that_of_the_stage():
     recording = calibration(replace(EXACT, eddy_s=((0.0,) * 3,) * 3))
     stage = create("tl16").fit(recording)
-    method = create("bp", steps=40, every=10, batch=2).fit(recording)
+    method = create("bp", **ADAM, steps=40, every=10, batch=2).fit(recording)
     difference = method.interference(recording) - stage.interference(recording)
     assert np.abs(difference).max() < 1e-4
 
@@ -71,13 +71,14 @@ def test_folds_count_together_step_by_step():
     assert (both.best_step, both.steps) == (2, 2)
 
 
-QUICK = {"steps": 6, "every": 3, "batch": 4, "hold_out": "split", "shrink": False, "patience": 5}
+ADAM = {"optimizer": "adam", "weight_decay": 0.0, "refit": True}
+QUICK = {**ADAM, "steps": 6, "every": 3, "batch": 4, "hold_out": "split", "shrink": False, "patience": 5}
 
 
 def test_folds_judge_and_the_last_run_learns_from_all(recording):
     two = create("bp", **QUICK).fit(recording)
     assert set(two.outcomes_) == {"fold 1", "all"}
-    one = create("bp", refit=False, **QUICK).fit(recording)
+    one = create("bp", **QUICK | {"refit": False}).fit(recording)
     assert set(one.outcomes_) == {"fold 1"}
     assert one.outcomes_["fold 1"] == pytest.approx(two.outcomes_["fold 1"], nan_ok=True)
     alone = create("bp", **QUICK).fit(recording.where(split="train"))
@@ -93,7 +94,7 @@ def test_a_network_without_evidence_is_not_used(recording):
     noise = signals.band_pass(noise, 10.0)
     label = recording["interference_cabin_nt"] + noise
     noisy = replace(recording, data={**recording.data, "interference_cabin_nt": label})
-    method = create("bp", steps=60, every=20, batch=4, learning_rate=0.01).fit(noisy)
+    method = create("bp", **ADAM, steps=60, every=20, batch=4, learning_rate=0.01).fit(noisy)
     assert method._fitted.weight < 0.2
     stage = method._fitted.stage.interference(recording)
     difference = signals.band_pass(method.interference(recording) - stage, 10.0)[300:-300]
@@ -121,7 +122,7 @@ def test_stage_and_windows_run_through_the_border_of_training_and_validation_row
 
 def test_the_first_value_is_the_error_of_the_stage_on_the_rows_that_judge(recording):
     """By hand: the stage learns from all rows; its error is filtered, then the rows are taken."""
-    method = create("bp", **QUICK, refit=False).fit(recording)
+    method = create("bp", **QUICK | {"refit": False}).fit(recording)
     learned = recording.take(slice(0, 6400))
     without_split = replace(learned, data={n: v for n, v in learned.data.items() if n != "split"})
     stage = create("tl16").fit(without_split)
@@ -178,14 +179,16 @@ def test_the_seed_decides_start_weights_and_batches(recording):
 def test_what_cannot_be_trained_is_refused(recording):
     train, valid, test = parts(recording)
     with pytest.raises(DataError, match="a window has 9000 rows, but the longest piece without a gap has 6400"):
-        create("bp", window=9000, hold_out="split").fit(recording)
+        create("bp", **ADAM, window=9000, hold_out="split").fit(recording)
     with pytest.raises(RequestError, match="too short for the in-band loss"):
-        create("bp", window=100).fit(recording)
+        create("bp", **ADAM, window=100).fit(recording)
+    with pytest.raises(RequestError, match="folds 1: one fold of blocks leaves all of them out and nothing to learn"):
+        create("bp", folds=1).fit(recording)
     with pytest.raises(DataError, match="no row to stop training by"):
-        create("bp", hold_out="split", steps=2).fit([train, valid.take(slice(0, 400))])
+        create("bp", **ADAM, hold_out="split", steps=2).fit([train, valid.take(slice(0, 400))])
     with pytest.raises(DataError, match=r"recording 'world' has 5 rows a second; the network learned from 10"):
         create("bp").fit([train, valid.take(slice(None, None, 2))])
-    method = create("bp", hold_out="split", steps=2, every=1).fit(train)
+    method = create("bp", **ADAM, hold_out="split", steps=2, every=1).fit(train)
     with pytest.raises(DataError, match="has 5 rows a second; the network learned from 10"):
         method.interference(test.take(slice(None, None, 2)))
 

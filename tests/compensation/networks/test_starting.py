@@ -8,6 +8,7 @@ from magsim.errors import RequestError
 from tests.support.worlds import World, calibration
 
 QUICK = {"steps": 4, "every": 2, "batch": 4, "hidden": (4,), "folds": 0, "learning_rate": 0.01, "first_stage": "none"}
+QUICK |= {"optimizer": "adam", "weight_decay": 0.0}
 
 
 @pytest.fixture(scope="module")
