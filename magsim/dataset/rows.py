@@ -30,11 +30,15 @@ class Training:
         without such choices may learn from them too.
     sensor : str
         Name of the scalar magnetometer.
+    aircraft : tuple of int or None
+        For each recording which aircraft flew, numbered from 0 as they are met: enough to hold one out, too little to
+        find it again. None where a recording does not tell.
     """
 
     recordings: tuple[Recording, ...]
     valid: tuple[np.ndarray, ...]
     sensor: str
+    aircraft: tuple[int | None, ...]
 
     @property
     def rows(self) -> dict[str, int]:
@@ -60,6 +64,8 @@ def training_rows(recordings: Iterable[Recording], sensor: str | None = None) ->
         If there is no recording, no such magnetometer, or no training row.
     """
     kept, masks, names, learned = [], [], [], 0
+    aircraft: list[int | None] = []
+    met: dict[tuple[str, str], int] = {}
     for recording in recordings:
         sensor = pick_sensor([recording], sensor)
         recording.check_scalar(sensor)
@@ -69,6 +75,8 @@ def training_rows(recordings: Iterable[Recording], sensor: str | None = None) ->
         if rows.sum() >= 2:
             kept.append((recording if rows.all() else recording.take(rows)).labeled())
             masks.append(valid[rows])
+            told = _aircraft_of(recording)
+            aircraft.append(None if told is None else met.setdefault(told, len(met)))
             learned += int(train.sum())
     if sensor is None or not names:
         msg = "nothing to fit: no recording was given"
@@ -79,7 +87,14 @@ def training_rows(recordings: Iterable[Recording], sensor: str | None = None) ->
         raise RequestError(msg)
     for mask in masks:
         mask.flags.writeable = False
-    return Training(tuple(kept), tuple(masks), sensor)
+    return Training(tuple(kept), tuple(masks), sensor, tuple(aircraft))
+
+
+def _aircraft_of(recording: Recording) -> tuple[str, str] | None:
+    """Return type and individual as text; None where the recording does not tell both."""
+    if not {"aircraft", "individual"} <= recording.meta.keys():
+        return None
+    return str(recording.meta["aircraft"]), str(recording.meta["individual"])
 
 
 def read_training(flights: Iterable[FlightInfo], sensor: str | None = None) -> Training:

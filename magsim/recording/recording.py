@@ -27,9 +27,6 @@ TRUTHS = ("full", "sum", "none")
 _PUBLIC = ("start_utc", "rate_hz")
 """Provenance that a real survey knows too, so that a method may see it."""
 
-_OF_LABELED = (*_PUBLIC, "aircraft", "individual")
-"""With what tells aircraft apart: rows to learn from are divided by it."""
-
 
 class MissingColumnError(KeyError):
     """A column that a recording does not have."""
@@ -165,14 +162,14 @@ class Recording:
             msg = f"recording {self.name!r} has no scalar magnetometer {sensor!r}; it has {has}"
             raise RequestError(msg)
 
-    def _keep(self, wanted: Callable[[str], bool], about: tuple[str, ...] = _PUBLIC) -> "Recording":
-        """Return a copy with some columns and some of the provenance."""
+    def _keep(self, wanted: Callable[[str], bool]) -> "Recording":
+        """Return a copy with some columns and the provenance that a method may see."""
         kept = {name: column for name, column in self.data.items() if wanted(name)}
-        return Recording(self.name, self.time_s, kept, {key: self.meta[key] for key in about if key in self.meta})
+        return Recording(self.name, self.time_s, kept, {key: self.meta[key] for key in _PUBLIC if key in self.meta})
 
     def labeled(self) -> "Recording":
         """Return a copy for fitting: inputs, labels and segments, without truth, scenario text, digest and seed."""
-        return self._keep(lambda name: columns.role_of(name) in ("input", "label", "segment"), _OF_LABELED)
+        return self._keep(lambda name: columns.role_of(name) in ("input", "label", "segment"))
 
     def blind(self, patterns: Iterable[str] | None = None) -> "Recording":
         """Return a copy for an estimate: inputs alone, without scenario text, digest and seed.

@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from magsim.compensation.networks.losses import Loss, ResidualLoss, TutoredLoss, band_matrix
+from magsim.compensation.networks.losses import DecayedLoss, Loss, ResidualLoss, TutoredLoss, band_matrix
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.squares import LearnedPiece, squares_of
 from magsim.errors import DataError, RequestError
@@ -105,11 +105,6 @@ def _check(settings: NetworkSettings, machine: Machine) -> None:
     if settings.optimizer == "lm" and (machine.device.startswith("cuda") or machine.precision != "float32"):
         msg = f"optimizer 'lm' trains on the CPU in float64, not on {machine.device} in {machine.precision}"
         raise RequestError(msg)
-    if settings.optimizer == "adam" and settings.weight_decay > 0.0:
-        msg = (
-            f"weight_decay {settings.weight_decay:g} has no effect with optimizer 'adam'; allowed: 0, or optimizer 'lm'"
-        )
-        raise RequestError(msg)
     if settings.optimizer == "lm" and settings.tutor > 0.0:
         msg = f"tutor {settings.tutor:g} has no effect with optimizer 'lm'; allowed: 0, or optimizer 'adam'"
         raise RequestError(msg)
@@ -147,11 +142,11 @@ def _loss(settings: NetworkSettings, lesson: Lesson, rows: int) -> Loss:
         except ValueError as error:
             raise RequestError(str(error)) from None
         band = torch.tensor(matrix.T, dtype=torch.float32)
-    truth = ResidualLoss(band, weight)
+    loss: ResidualLoss | TutoredLoss = ResidualLoss(band, weight)
     if settings.tutor > 0.0:
         rows_per_step = settings.batch * settings.outputs
-        return TutoredLoss(truth, settings.tutor, rows / rows_per_step)
-    return truth
+        loss = TutoredLoss(ResidualLoss(band, weight), settings.tutor, rows / rows_per_step)
+    return DecayedLoss(loss, settings.weight_decay) if settings.weight_decay > 0.0 else loss
 
 
 def _levenberg(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:

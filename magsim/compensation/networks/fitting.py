@@ -133,8 +133,9 @@ def _prepare(
     sensor, rate_hz = training.sensor, check_rates(training.recordings)
     recordings = training.recordings
     # inputs and stage cut dropouts by themselves, as it is right for them
-    columns = fit_inputs(settings, all_rows(recordings, sensor))
-    stage = first_stage(settings).fit_rows(all_rows(recordings, sensor))
+    every_row = without_valid(training)
+    columns = fit_inputs(settings, every_row)
+    stage = first_stage(settings).fit_rows(every_row)
     every = np.concatenate(
         [(target_of(settings, r, sensor) - stage.interference(r))[r.reads(sensor)] for r in recordings]
     )
@@ -193,8 +194,8 @@ class _Run:
         settings, fitted = self.settings, self.fitted
         if settings.tutor == 0.0 or settings.first_stage != "none":
             return [np.full(len(recording), -fitted.mean / fitted.scale) for recording in recordings]
-        rows = all_rows(self.training.recordings, self.training.sensor)
-        tutor = TollesLawson(fluxgate=settings.fluxgate, direction=settings.direction).fit_rows(rows)
+        tutor = TollesLawson(fluxgate=settings.fluxgate, direction=settings.direction)
+        tutor.fit_rows(without_valid(self.training))
         return [(tutor.interference(recording) - fitted.mean) / fitted.scale for recording in recordings]
 
     def _checkpoint(self, phase: str, steps: int, lesson: Lesson) -> Checkpoint | None:
@@ -209,6 +210,6 @@ class _Run:
         return Checkpoint(self.context.checkpoint / phase.replace(" ", "_"), digest.hexdigest())
 
 
-def all_rows(recordings: Sequence[Recording], sensor: str) -> Training:
-    """Return training rows of recordings without a part for validation."""
-    return Training(tuple(recordings), tuple(np.zeros(len(recording), dtype=bool) for recording in recordings), sensor)
+def without_valid(training: Training) -> Training:
+    """Return the same rows without a part for validation: what is closed-form learns from all."""
+    return replace(training, valid=tuple(np.zeros(len(recording), dtype=bool) for recording in training.recordings))

@@ -63,7 +63,7 @@ def folds_of(training: Training, hold_out: HoldOut, count: int) -> list[Fold]:
     if hold_out in ("legs", "blocks"):
         numbers = [_legs(r) if hold_out == "legs" else _blocks(r) for r in recordings]
     else:
-        numbers = _groups(recordings, hold_out)
+        numbers = _groups(training, hold_out)
     there = len(np.unique(np.concatenate(numbers)))
     folds = min(count, there)
     if folds < 2:
@@ -120,9 +120,9 @@ def _blocks(recording: Recording) -> np.ndarray:
     return np.floor((recording.time_s - recording.time_s[0]) / BLOCK_S).astype(int)
 
 
-def _groups(recordings: Sequence[Recording], hold_out: HoldOut) -> list[np.ndarray]:
+def _groups(training: Training, hold_out: HoldOut) -> list[np.ndarray]:
     """Return the number of the flight, day or aircraft of each recording, from 0, for all of its rows."""
-    keys = [_key(recording, number, hold_out) for number, recording in enumerate(recordings)]
+    keys = [_key(training, number, hold_out) for number in range(len(training.recordings))]
     order = list(dict.fromkeys(keys))
     if len(order) < 2:
         msg = (
@@ -130,17 +130,19 @@ def _groups(recordings: Sequence[Recording], hold_out: HoldOut) -> list[np.ndarr
             "legs, blocks, split"
         )
         raise RequestError(msg)
-    return [np.full(len(recording), order.index(key)) for recording, key in zip(recordings, keys, strict=True)]
+    return [np.full(len(recording), order.index(key)) for recording, key in zip(training.recordings, keys, strict=True)]
 
 
-def _key(recording: Recording, number: int, hold_out: HoldOut) -> object:
+def _key(training: Training, number: int, hold_out: HoldOut) -> object:
     if hold_out == "flights":
         return number
-    wanted = ("start_utc",) if hold_out == "days" else ("aircraft", "individual")
-    missing = [name for name in wanted if name not in recording.meta]
-    if missing:
-        msg = f"hold_out {hold_out!r}: recording {recording.name!r} does not tell its {', '.join(missing)}"
-        raise RequestError(msg)
+    recording = training.recordings[number]
+    key: object = training.aircraft[number]
+    wanted = "aircraft and individual"
     if hold_out == "days":
-        return str(recording.meta["start_utc"])[:10]
-    return tuple(str(recording.meta[name]) for name in wanted)
+        wanted = "start_utc"
+        key = str(recording.meta[wanted])[:10] if wanted in recording.meta else None
+    if key is None:
+        msg = f"hold_out {hold_out!r}: recording {recording.name!r} does not tell its {wanted}"
+        raise RequestError(msg)
+    return key

@@ -113,5 +113,26 @@ class TutoredLoss:
         return [share * losses[0], (1.0 - share) * losses[1]]
 
 
-Loss = ResidualLoss | TutoredLoss
+@dataclass(frozen=True)
+class DecayedLoss:
+    """A loss and the squared parameters that are trained, as Levenberg-Marquardt weighs them.
+
+    Attributes
+    ----------
+    loss : ResidualLoss or TutoredLoss
+    weight_decay : float
+        Weight of the sum of squares.
+    """
+
+    loss: ResidualLoss | TutoredLoss
+    weight_decay: float
+
+    def __call__(self, module: nn.Module, batch: tuple[Tensor, ...], step: int) -> Sequence[Tensor]:
+        """Return the losses of a batch, the squares with the first."""
+        first, *others = self.loss(module, batch, step)
+        squares = [parameter.square().sum() for parameter in module.parameters() if parameter.requires_grad]
+        return [first + self.weight_decay * sum(squares, first.new_zeros(())), *others]
+
+
+Loss = ResidualLoss | TutoredLoss | DecayedLoss
 """Losses of networks on a first stage."""

@@ -101,7 +101,6 @@ def test_the_mean_of_the_networks_of_the_folds_in_float64_comes_back_bit_by_bit(
 @pytest.mark.parametrize(
     ("name", "settings", "error", "text"),
     [
-        ("bpnn", {"weight_decay": 0.1}, RequestError, "weight_decay 0.1 has no effect with optimizer 'adam'"),
         ("bp", {**LM, "tutor": 0.1}, RequestError, "tutor 0.1 has no effect with optimizer 'lm'"),
         ("bp", {**LM, "batch": 5}, RequestError, "batch 5 has no effect with optimizer 'lm'; leave it out, or"),
         ("bp", {**LM, "learning_rate": 0.1}, RequestError, "learning_rate 0.1 has no effect with optimizer 'lm'"),

@@ -90,7 +90,7 @@ def test_what_cannot_be_divided_is_refused(recording):
         folds_of(flights(recording, {}), "flights", 4)
     with pytest.raises(RequestError, match="hold_out 'days' needs recordings of two days or more"):
         folds_of(flights(recording, *[{"start_utc": "2025-03-13T02:00:00"}] * 2), "days", 4)
-    with pytest.raises(RequestError, match="does not tell its aircraft, individual"):
+    with pytest.raises(RequestError, match="does not tell its aircraft and individual"):
         folds_of(flights(recording, {}, {}), "individuals", 4)
     with pytest.raises(RequestError, match=r"hold_out 'blocks': there are too few blocks \(1\) for two folds"):
         folds_of(training_rows([recording.take(slice(0, 100))]), "blocks", 4)

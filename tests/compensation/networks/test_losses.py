@@ -5,7 +5,8 @@ import pytest
 import torch
 
 from magsim import signals
-from magsim.compensation.networks.losses import ResidualLoss, TutoredLoss, band_matrix
+from magsim.compensation.networks.losses import DecayedLoss, ResidualLoss, TutoredLoss, band_matrix
+from magsim.training import LevenbergPlan, train_levenberg
 
 
 def test_band_matrix_is_the_filter():
@@ -62,3 +63,21 @@ def test_tutored_loss_hands_over_from_tolles_lawson_to_the_truth():
         share = np.exp(-0.05 * step / 10.0)
         parts = [float(part) for part in loss(module, (torch.zeros(1, 2, 8), targets), step)]
         assert parts == pytest.approx([share * 9.0, (1.0 - share) * 1.0])
+
+
+def test_squares_of_trained_parameters_weigh_as_in_levenberg_marquardt():
+    """At the minimum of Levenberg-Marquardt with a decay, the gradient of the decayed loss is zero."""
+    torch.manual_seed(2)
+    inputs, truth = torch.randn(400, 3, 1, dtype=torch.float64), torch.randn(400, 1, dtype=torch.float64)
+    module = torch.nn.Sequential(torch.nn.Flatten(), torch.nn.Linear(3, 1)).double()
+    batch = inputs, torch.stack([truth, torch.ones_like(truth)], dim=1)
+    loss = DecayedLoss(ResidualLoss(None, 0.0), 0.3)
+    plan = LevenbergPlan(20, patience=20, weight_decay=0.3)
+    train_levenberg(module, inputs, truth, lambda net: loss(net, batch, 0)[0].item(), plan)
+    plain, decayed = (sum(each(module, batch, 0)) for each in (loss.loss, loss))
+    squares = sum(parameter.square().sum().item() for parameter in module.parameters())
+    assert (decayed - plain).item() == pytest.approx(0.3 * squares)
+    assert all(gradient.abs().max() < 1e-6 for gradient in torch.autograd.grad(decayed, [*module.parameters()]))
+    module[1].weight.requires_grad_(False)
+    rest = (sum(loss(module, batch, 0)) - plain).item()
+    assert rest == pytest.approx(0.3 * module[1].bias.square().item())

@@ -25,7 +25,7 @@ def test_williams_has_a_branch_each_for_permanent_induced_and_eddy_columns():
     expected = {"permanent": (0, 1, 2, 16, 17, 18), "induced": tuple(range(3, 8)), "eddy": tuple(range(8, 16))}
     assert columns(module) == expected
     assert module.platform_branches == ("permanent", "induced", "eddy")
-    assert module.taps == 3
+    assert module.taps == 1
 
 
 def test_williams_of_1993_subtracts_what_the_aircraft_explains():

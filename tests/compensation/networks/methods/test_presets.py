@@ -60,7 +60,7 @@ def test_a_perceptron_for_each_sample_or_for_a_window(activation, kind):
         ("magtcn", {"causal": True}, 51, 270),
         ("bp", {}, 1, 320),
         ("bpnn", {}, 40, 1),
-        ("williams", {}, 3, 318),
+        ("williams", {}, 1, 320),
         ("williams", {"taps": 320}, 320, 1),
         ("resnet", {}, None, 320),
         ("resnet", {"head": "last"}, 320, 1),
