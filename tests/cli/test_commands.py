@@ -22,6 +22,7 @@ from magsim.cli import import_
 from magsim.cli.interrupts import delayed
 from magsim.recording import Recording, file
 from magsim.storage import cache_folder
+from tests.support.caches import without_results
 
 MAGSIM = [sys.executable, "-m", "magsim"]
 
@@ -319,8 +320,7 @@ SHORT = (
 def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
     """Another folder, name instead of path, thread count, time zone, locale, home, empty cache, hash seed.
 
-    The second run computes on two threads what the first reads from the cache of all tests; they share compiled code,
-    which holds no result.
+    The second run computes on two threads what the first reads from the cache of all tests.
     """
     source = Path(magsim.__file__).parents[1] / "scenarios" / "calibration_c208b.toml"
     runs = [
@@ -333,15 +333,13 @@ def test_the_same_scenario_gives_the_same_bytes_anywhere(here):
             {"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2", "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "5"},
         ),
     ]
-    empty = here / "cache"
-    empty.mkdir()
-    (empty / "compiled").symlink_to(cache_folder() / "compiled")
+    caches = str(cache_folder()), without_results(here / "cache")
     seen = set()
-    for number, ((args, environment), cache) in enumerate(zip(runs, (cache_folder(), empty), strict=True)):
+    for number, ((args, environment), cache) in enumerate(zip(runs, caches, strict=True)):
         folder = here / str(number)
         folder.mkdir()
-        environment["MAGSIM_CACHE"] = str(cache)
-        run = magsim_run(*args, *(f"--set={override}" for override in SHORT), cwd=folder, **environment)
+        overrides = (f"--set={override}" for override in SHORT)
+        run = magsim_run(*args, *overrides, cwd=folder, **environment, MAGSIM_CACHE=cache)
         assert run.returncode == 0, run.stderr
         assert run.stderr == ""
         assert [path.name for path in folder.iterdir()] == ["calibration_c208b.h5"]

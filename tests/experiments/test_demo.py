@@ -6,13 +6,9 @@ import pytest
 
 from magsim.cli import main
 from magsim.compensation import load
-from magsim.compensation.networks import BPCompensator, MagTCNCompensator
 from magsim.experiments import demo
 from magsim.recording import Recording
 from magsim.simulation import simulate
-
-STEPS = {MagTCNCompensator: 400, BPCompensator: 400}
-"""Training steps of the networks here, fewer than the demo's own 1000 and 2000."""
 
 FLOWN: dict[str, Recording] = {}
 """The flight of the first demo."""
@@ -24,9 +20,6 @@ def folder(tmp_path_factory):
     base = tmp_path_factory.mktemp("home")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(base)
-        for method, steps in STEPS.items():
-            preset = method.presets["quick"] | {"steps": steps}
-            patch.setattr(method, "presets", method.presets | {"quick": preset})
         patch.setattr(demo, "simulate", lambda *args, **more: FLOWN.setdefault("first", simulate(*args, **more)))
         assert main(["demo", "--quiet"]) == 0
     return base / "demo"
