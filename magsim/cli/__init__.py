@@ -23,6 +23,7 @@ COMMANDS = {
     "check": ("magsim.cli.check:check", "Check a compensator of your own."),
     "observe": ("magsim.cli.observe:observe", "Tell what a calibration flight can know of an aircraft."),
     "explain": ("magsim.cli.explain:explain", "Explain what a trained compensator does to a flight."),
+    "paper": ("magsim.cli.paper:paper", "Re-run one of the five papers, its tables beside ours."),
     "demo": ("magsim.cli.demo:demo", "Generate, train, compensate, and draw: the whole chain."),
     "info": ("magsim.cli.info:info", "Show the contents of a recording."),
     "export": ("magsim.cli.export:export", "Write a recording for other programs."),

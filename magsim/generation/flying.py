@@ -4,26 +4,17 @@ Nothing here knows recipes or manifests: a task is a scenario with settings, and
 same order, for any number of processes.
 """
 
-import multiprocessing
-import os
-import signal
-import threading
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
-from itertools import groupby, islice
+from itertools import groupby
 from pathlib import Path
 from typing import TypeVar
 
-from magsim.errors import DataError, MagsimError
+from magsim.errors import MagsimError
+from magsim.generation.processes import run_all
 from magsim.loading import load_scenario
 from magsim.recording import Recording, write_recordings
 from magsim.simulation import simulate
-
-AHEAD = 2
-"""Flights for each process that are flown before their turn: bounds the recordings that wait in memory."""
 
 Task = TypeVar("Task", bound="FlightTask")
 
@@ -90,43 +81,9 @@ def fly_all(tasks: Sequence[FlightTask], jobs: int = 1) -> Iterator[Recording]:
     DataError
         If a process was killed.
     """
-    if jobs <= 1 or len(tasks) <= 1:
-        yield from map(fly, tasks)
-        return
-    jobs = min(jobs, len(tasks))
-    others = set(multiprocessing.active_children())
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_process) as pool:
-        remaining = iter(tasks)
-        try:
-            waiting = deque[Future[Recording]](pool.submit(fly, task) for task in islice(remaining, AHEAD * jobs))
-            while waiting:
-                # rebuilt, because arrays that come from another process can be written to
-                recording = replace(waiting.popleft().result())
-                waiting.extend(pool.submit(fly, task) for task in islice(remaining, 1))
-                yield recording
-        except BrokenProcessPool:
-            msg = "a process that flew was killed from outside; is there enough memory? --jobs 1 needs least"
-            raise DataError(msg) from None
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in set(multiprocessing.active_children()) - others:
-                process.terminate()
-            raise
-
-
-def _start_process() -> None:
-    """Leave interrupts to the parent, and end this process when the parent has ended."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-
-        def end_with_parent() -> None:
-            parent.join()
-            os._exit(1)
-
-        threading.Thread(target=end_with_parent, daemon=True).start()
+    for recording in run_all(fly, tasks, jobs):
+        # rebuilt, because arrays that come from another process can be written to
+        yield replace(recording)
 
 
 def write_shards(

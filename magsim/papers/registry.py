@@ -1,0 +1,37 @@
+"""All papers by number; each is imported when it is asked for."""
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+
+from magsim.errors import RequestError
+from magsim.papers.paper import Paper
+
+_MODULES: Mapping[str, str] = {
+    "002": "magsim.papers.paper_002",
+}
+"""Module of each paper, with its ``PAPER``."""
+
+
+def numbers() -> tuple[str, ...]:
+    """Return the numbers of all papers."""
+    return tuple(_MODULES)
+
+
+def find_paper(number: str) -> Paper:
+    """Return a paper.
+
+    Raises
+    ------
+    RequestError
+        If there is none of that number.
+    """
+    if number not in _MODULES:
+        msg = f"there is no paper {number!r}; allowed: {', '.join(_MODULES)}"
+        raise RequestError(msg)
+    paper: Paper = import_module(_MODULES[number]).PAPER
+    return paper
+
+
+def all_papers() -> Iterator[Paper]:
+    """Yield all papers."""
+    return map(find_paper, _MODULES)
