@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from magsim.papers.tables import PaperTable
+from magsim.papers.tables import Cell, PaperTable
 from magsim.recording import Recording
 
 if TYPE_CHECKING:
@@ -115,6 +115,9 @@ class Paper:
     work : callable
         ``work(task, recordings, surroundings)``: does one; a pure function of the task and its recordings, of a
         module, so that other processes find it.
+    headlines : callable
+        ``headlines(results)``: the few figures that the paper stands for, by short names such as ``gain_order3_pct``:
+        ratios and gains taken flight by flight, ranks, shares of flights in which a claim holds.
     tables : callable
         ``tables(results)``: the paper's tables.
     figures : callable
@@ -127,6 +130,7 @@ class Paper:
     flights: Callable[[Effort], Sequence[PaperFlight]]
     tasks: Callable[[Effort], Sequence[Task]]
     work: Callable[[Task, Sequence[Recording], Surroundings], Found]
+    headlines: Callable[[Results], Mapping[str, Cell]]
     tables: Callable[[Results], Sequence[PaperTable]]
     figures: Callable[[Results], Mapping[str, "Figure"]]
 

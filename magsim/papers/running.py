@@ -7,7 +7,7 @@ renamed, so that a run that is killed goes on, and ends in the same tables as on
 
 import json
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,7 @@ from magsim.generation.processes import run_all
 from magsim.papers import tables as writing
 from magsim.papers.paper import Effort, Found, Paper, PaperFlight, Results, Surroundings, Task
 from magsim.papers.registry import find_paper
-from magsim.papers.tables import PaperTable
+from magsim.papers.tables import Cell, PaperTable
 from magsim.recording import Recording, read_recordings
 from magsim.storage import atomic_text
 from magsim.storage.sources import source_digest
@@ -33,9 +33,10 @@ Announce = Callable[[str], None]
 
 @dataclass(frozen=True)
 class PaperRun:
-    """What a run came to: all tables, and the files that were written."""
+    """What a run came to: all tables, the figures that the paper stands for, and the files that were written."""
 
     tables: tuple[PaperTable, ...]
+    headlines: Mapping[str, Cell]
     files: tuple[Path, ...]
 
 
@@ -77,8 +78,8 @@ def run_paper(
     flights = [*paper.flights(effort)]
     _fly(flights, folder, workers, announce)
     results = _work(paper, effort, folder, sources=sources, workers=workers, announce=announce)
-    found = tuple(paper.tables(results))
-    return PaperRun(found, tuple(_write(paper, results, found, folder)))
+    found, headlines = tuple(paper.tables(results)), paper.headlines(results)
+    return PaperRun(found, headlines, tuple(_write(paper, results, found, headlines, folder)))
 
 
 def _open(paper: Paper, folder: Path, effort: Effort) -> str:
@@ -188,7 +189,9 @@ def _read_flight(folder: Path, name: str) -> Recording:
     return recording
 
 
-def _write(paper: Paper, results: Results, found: Sequence[PaperTable], folder: Path) -> list[Path]:
+def _write(
+    paper: Paper, results: Results, found: Sequence[PaperTable], headlines: Mapping[str, Cell], folder: Path
+) -> list[Path]:
     """Write tables and figures; return their paths."""
     out = []
     (folder / "tables").mkdir(exist_ok=True)
@@ -198,7 +201,11 @@ def _write(paper: Paper, results: Results, found: Sequence[PaperTable], folder: 
             atomic_text(out[-1], content, force=True)
     out.append(folder / "tables.json")
     about = {"paper": paper.number, "title": paper.title, "source": paper.source}
-    document = {**about, "tables": [writing.as_json(table) for table in found]}
+    document = {
+        **about,
+        "headlines": {name: writing.cell_as_json(cell) for name, cell in headlines.items()},
+        "tables": [writing.as_json(table) for table in found],
+    }
     atomic_text(out[-1], json.dumps(document, indent=2) + "\n", force=True)
     for name, figure in paper.figures(results).items():
         (folder / "figures").mkdir(exist_ok=True)

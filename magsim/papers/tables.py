@@ -219,13 +219,16 @@ def as_csv(table: PaperTable) -> str:
     return out.getvalue()
 
 
+def cell_as_json(cell: Cell) -> dict[str, Any]:
+    """Return a figure as values for JSON."""
+    return {"published": cell.published, "found": list(cell.found), "interval": cell.interval}
+
+
 def as_json(table: PaperTable) -> dict[str, Any]:
     """Return a table as values for JSON."""
     lines = []
     for line in table.lines:
-        cells = {}
-        for key, cell in line.cells.items():
-            cells[key] = {"published": cell.published, "found": list(cell.found), "interval": cell.interval}
+        cells = {key: cell_as_json(cell) for key, cell in line.cells.items()}
         lines.append({"name": line.name, "added": line.added, "remark": line.remark, "cells": cells})
     columns = [{"key": c.key, "name": c.name, "unit": c.unit} for c in table.columns]
     head = {"key": table.key, "title": table.title, "over": table.over, "notes": list(table.notes)}

@@ -34,6 +34,7 @@ def test_methods_are_ranked_by_truth(run):
         assert 1.0 < six.cell(name, "ir").median < floor
     gain = six.cell("N = 3", "ir").median / six.cell("Tolles-Lawson", "ir").median
     assert six.cell("N = 3", "gain ir").median == pytest.approx(100.0 * (gain - 1.0))
+    assert run.headlines["gain_order3_truth_pct"].median == six.cell("N = 3", "gain ir").median
     assert [line.name for line in six.lines if line.added] == [
         "T-L with auxiliary columns", "exact_norm (ours)", "noise floor",
     ]  # fmt: skip

@@ -38,13 +38,17 @@ def tables(results):
     ]
 
 
+def headlines(results):
+    return {"mean_nt": Cell(None, values_of(results, "mean", "mean"))}
+
+
 def figures(results):
     return {"figure_1": spread(["reading"], [Series("mean", [values_of(results, "mean", "mean")])], "nT")}
 
 
 @pytest.fixture(autouse=True)
 def _paper(monkeypatch):
-    paper = Paper("999", "None", "nobody", flights, tasks, work, tables, figures)
+    paper = Paper("999", "None", "nobody", flights, tasks, work, headlines, tables, figures)
     monkeypatch.setattr(running, "find_paper", lambda _number: paper)
     DONE.clear()
 
@@ -87,6 +91,7 @@ def test_work_that_two_tables_need_is_done_once(folder):
     run = run_paper("999", folder)
     assert len(DONE) == 2
     cell = run.tables[0].cell("reading", "mean")
+    assert run.headlines["mean_nt"].found == cell.found
     assert len(cell.found) == 4
     assert cell.found[:2] == cell.found[2:]
 
