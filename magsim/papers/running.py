@@ -1,7 +1,7 @@
 """Run a paper in a folder: fly, work, write tables and figures. What is there already is not done again.
 
 The folder holds ``paper.json``, which says what run it is; ``flights/NAME.h5``; ``results/*.json``, one file for each
-finished task; ``tables/``, ``figures/``, and all tables in ``tables.json``. Files are written under other names and
+finished task; ``tables/`` as text, Markdown and CSV; ``figures/``, and all tables in ``tables.json``. Files are written under other names and
 renamed, so that a run that is killed goes on, and ends in the same tables as one that was not.
 """
 
@@ -196,7 +196,8 @@ def _write(
     out = []
     (folder / "tables").mkdir(exist_ok=True)
     for table in found:
-        for ending, content in (("txt", writing.text(table)), ("csv", writing.as_csv(table))):
+        forms = {"txt": writing.text(table), "md": writing.markdown(table), "csv": writing.as_csv(table)}
+        for ending, content in forms.items():
             out.append(folder / "tables" / f"{table.key}.{ending}")
             atomic_text(out[-1], content, force=True)
     out.append(folder / "tables.json")

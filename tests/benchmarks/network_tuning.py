@@ -43,7 +43,9 @@ def search(bench: command.Bench, method: str, budget: Budget) -> tuple[list[Tria
     found = []
     for number in range(budget.trials):
         results = []
-        for cases in cases_of(method, number, budget.seed, budget.pairs):
+        worlds = cases_of(method, number, budget.seed, budget.pairs)
+        # one world after the other, so that a trial ends where it fails; all at once for several workers
+        for cases in worlds if bench.workers == 1 else [[case for world in worlds for case in world]]:
             some, complete = bench.results(cases, budget.limit_s)
             results += some
             if any("failed" in one for _, one in some):
