@@ -3,9 +3,8 @@
 Run ``python tests/benchmarks/inference_speed.py [--json] [--methods tl16,magtcn]``. One output is what a crew sees
 of one row: a row goes into ``Compensator.stream`` and an output comes out, with the input columns, the first stage and
 the network. A network that sees both sides of its output has no stream; there one output is one call of the network,
-in float32 as it was trained, on one window of standardized columns, as in paper 000's Table 6, whose figures stand
-beside it (a GPU, mean of 30 000); beside it is the same in float64. What else needs the whole flight has one output a
-flight, and no bound. Networks are fitted for two steps: what an output costs does not depend on the weights.
+in the precision that it estimates in, on one window of standardized columns, as in paper 000's Table 6, whose figures
+stand beside it (a GPU, mean of 30 000). What else needs the whole flight has one output a flight, and no bound. Networks are fitted for two steps: what an output costs does not depend on the weights.
 """
 
 import argparse
@@ -60,11 +59,11 @@ def streamed(method: Compensator, recording: Recording) -> Callable[[], object]:
     return rows().__next__
 
 
-def windowed(method: NetworkCompensator, recording: Recording, dtype: torch.dtype) -> Callable[[], object]:
+def windowed(method: NetworkCompensator, recording: Recording) -> Callable[[], object]:
     """Return a call of the network on one window."""
     fitted = method._fitted
     inputs = fitted.inputs(recording)[: method.settings.window]
-    window, module = torch.from_numpy(inputs.T[None].copy()).to(dtype), fitted.module.to(dtype).eval()
+    window, module = torch.from_numpy(inputs.T[None].copy()), fitted.module.eval()
 
     def call() -> object:
         with torch.inference_mode():
@@ -77,15 +76,11 @@ def rows_of(name: str, recording: Recording, count: int) -> list[Row]:
     """Return the figures of a method."""
     brief = BRIEFLY if "default" in presets_of(name) else {}
     method = create(name, **brief).fit(recording)
-    out = []
     if method.causal:
         call, what = streamed(method, recording), "a row in a stream"
     elif isinstance(method, NetworkCompensator):
         what = f"a window of {method.settings.window} rows"
-        with reproducible(1):
-            double = latencies_ms(windowed(method, recording, torch.float64), count)
-        out.append(stated(f"inference_ms_{name}_float64", float(np.median(double)), f"ms, {what}"))
-        call = windowed(method, recording, torch.float32)
+        call = windowed(method, recording)
     else:
         began = time.perf_counter()
         method.interference(recording)
@@ -98,7 +93,6 @@ def rows_of(name: str, recording: Recording, count: int) -> list[Row]:
         about += f"; paper 000, on a GPU: {PAPER_MS[name]:g}"
     bound = MOST_MAGTCN_MS if name == "magtcn" else MOST_MS
     return [
-        *out,
         at_most(f"inference_ms_{name}", float(np.median(found)), about, bound),
         at_most(f"inference_p99_ms_{name}", float(np.percentile(found, 99.0)), f"ms, {what}", MOST_MS),
     ]
