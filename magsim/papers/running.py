@@ -1,8 +1,9 @@
 """Run a paper in a folder: fly, work, write tables and figures. What is there already is not done again.
 
 The folder holds ``paper.json``, which says what run it is; ``flights/NAME.h5``; ``results/*.json``, one file for each
-finished task; ``tables/`` as text, Markdown and CSV; ``figures/``, and all tables in ``tables.json``. Files are written under other names and
-renamed, so that a run that is killed goes on, and ends in the same tables as one that was not.
+finished task; ``tables/`` as text, Markdown and CSV; ``figures/``, and all tables in ``tables.json``. Files are
+written under other names and renamed, so that a run that is killed goes on, and ends in the same tables as one that
+was not.
 """
 
 import json

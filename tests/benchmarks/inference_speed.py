@@ -1,10 +1,11 @@
 """Measure what one output costs: batch of one, one thread, every method with its default settings.
 
-Run ``python tests/benchmarks/inference_speed.py [--json] [--methods tl16,magtcn]``. One output is what a crew sees
-of one row: a row goes into ``Compensator.stream`` and an output comes out, with the input columns, the first stage and
+Run ``python tests/benchmarks/inference_speed.py [--json] [--methods tl16,magtcn]``. One output is what a crew sees of
+one row: a row goes into ``Compensator.stream`` and an output comes out, with the input columns, the first stage and
 the network. A network that sees both sides of its output has no stream; there one output is one call of the network,
 in the precision that it estimates in, on one window of standardized columns, as in paper 000's Table 6, whose figures
-stand beside it (a GPU, mean of 30 000). What else needs the whole flight has one output a flight, and no bound. Networks are fitted for two steps: what an output costs does not depend on the weights.
+stand beside it (a GPU, mean of 30 000). What else needs the whole flight has one output a flight, and no bound.
+Networks are fitted for two steps: what an output costs does not depend on the weights.
 """
 
 import argparse
