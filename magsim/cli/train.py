@@ -115,7 +115,7 @@ def _train_one(
     from magsim.cli.progress import training as display
     from magsim.compensation import FitContext
     from magsim.compensation.runs import Run, fingerprint
-    from magsim.dataset import flights_of, read_training
+    from magsim.dataset import flights_of
 
     context = FitContext(
         asked["seed"],
@@ -129,7 +129,7 @@ def _train_one(
     )
     if not compensator.trains:
         context.refuse_without_effect(compensator.name)
-    rows = read_training(flights_of(recordings), asked["sensor"])
+    rows = compensator.read_rows(flights_of(recordings), asked["sensor"])
     made_of = fingerprint(compensator, rows, preset=asked["preset"], seed=asked["seed"], context=context)
     run = Run.shared(folder, made_of, resume=resume, force=force)
     if run.is_complete:

@@ -1,7 +1,7 @@
 """The contract of every compensator: fit on labeled rows, estimate the interference of blind ones."""
 
 from abc import abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Self, final
@@ -17,7 +17,7 @@ from magsim.compensation.explained import Explained
 from magsim.compensation.parameters import check_parameters, parameters_of, settings_model
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Stream, Streamer, make_stream
-from magsim.dataset import Data, Training, flights_of, read_training
+from magsim.dataset import Data, FlightInfo, Training, flights_of, open_training, read_training
 from magsim.errors import DataError, RequestError
 from magsim.recording import MissingColumnError, Recording
 
@@ -51,6 +51,8 @@ class Compensator(Explained):
         Whether it learns while it estimates: what it has learned of one piece stays in the next of the same recording.
     trains : bool
         Whether it learns in steps, so that device, logs and start weights of a ``FitContext`` have an effect.
+    one_by_one : bool
+        Whether it learns from one flight after another, so that no more than one needs to be in memory.
     presets : mapping
         Named sets of parameters.
     settings_type : type, optional
@@ -67,6 +69,7 @@ class Compensator(Explained):
     warmup_s: float = 0.0
     adapts: bool = False
     trains: bool = False
+    one_by_one: bool = False
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {}
     settings_type: ClassVar[type | None] = None
     settings: Any
@@ -168,7 +171,18 @@ class Compensator(Explained):
         DataError
             If the recordings are too short or not finite.
         """
-        return self.fit_rows(read_training(flights_of(data), sensor), context)
+        return self.fit_rows(self.read_rows(flights_of(data), sensor), context)
+
+    @final
+    def read_rows(self, flights: Iterable[FlightInfo], sensor: str | None = None) -> Training:
+        """Return the rows to learn from: in memory, or read when they are asked for if it learns ``one_by_one``.
+
+        Raises
+        ------
+        RequestError, DataError
+            As ``magsim.dataset.read_training``.
+        """
+        return (open_training if self.one_by_one else read_training)(flights, sensor)
 
     @final
     def fit_rows(self, training: Training, context: FitContext | None = None) -> Self:
@@ -181,8 +195,7 @@ class Compensator(Explained):
             context.refuse_without_effect(self.name)
         self.__dict__.pop("sensor_", None)
         check_parameters(type(self), self.get_params(), self.name)
-        for recording in training.recordings:
-            self._require(recording)
+        training = training.checked(self._require)
         with context.logged() as context:
             self.learn(training, context)
         self.sensor_ = training.sensor

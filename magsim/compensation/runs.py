@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from magsim import __version__
 from magsim.compensation import saving
 from magsim.compensation.base import Compensator, FitContext
@@ -50,19 +52,8 @@ def fingerprint(
     context : FitContext, optional
         Its start weights, frozen parts and precision belong to the run; its device does not.
     """
-    rows = []
-    for recording, valid in zip(training.recordings, training.valid, strict=True):
-        digest = hashlib.sha256(recording.time_s.tobytes())
-        for name in sorted(recording.data):
-            digest.update(name.encode() + recording[name].tobytes())
-        rows.append(
-            {
-                "recording": recording.name,
-                "first_last_rows": [_extent(piece) for piece in recording.pieces()],
-                "valid_rows": int(valid.sum()),
-                "sha256": digest.hexdigest(),
-            }
-        )
+    # by number: a loop over both would hold one flight while the next is read
+    rows = [_rows(training.recordings[k], training.valid[k]) for k in range(len(training.recordings))]
     files, surroundings = _files(compensator), _surroundings(context or FitContext())
     return {
         "magsim": __version__,
@@ -74,6 +65,19 @@ def fingerprint(
         "rows": rows,
         **({"files": files} if files else {}),
         **surroundings,
+    }
+
+
+def _rows(recording: Recording, valid: np.ndarray) -> dict[str, Any]:
+    """Describe the exact rows of a recording."""
+    digest = hashlib.sha256(recording.time_s.tobytes())
+    for name in sorted(recording.data):
+        digest.update(name.encode() + recording[name].tobytes())
+    return {
+        "recording": recording.name,
+        "first_last_rows": [_extent(piece) for piece in recording.pieces()],
+        "valid_rows": int(valid.sum()),
+        "sha256": digest.hexdigest(),
     }
 
 

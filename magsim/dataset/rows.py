@@ -4,8 +4,9 @@ Rows that touch stay joined: training and validation rows of one flight are one 
 states with memory run through them; a test piece keeps what was flown before it.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,29 +23,35 @@ class Training:
 
     Attributes
     ----------
-    recordings : tuple of Recording
+    recordings : sequence of Recording
         Labeled copies (``Recording.labeled``): rows of the splits ``train`` and ``valid`` in the order of time. Where
-        other rows were left out, time jumps.
-    valid : tuple of (n,) bool
+        other rows were left out, time jumps. In memory, or each read when it is asked for (``OneByOne``).
+    valid : sequence of (n,) bool
         For each recording its rows of the split ``valid``: they may guide when to stop and how large to be; a method
         without such choices may learn from them too.
     sensor : str
         Name of the scalar magnetometer.
-    aircraft : tuple of int or None
+    aircraft : sequence of int or None
         For each recording which aircraft flew, numbered from 0 as they are met: enough to hold one out, too little to
         find it again. None where a recording does not tell.
     """
 
-    recordings: tuple[Recording, ...]
-    valid: tuple[np.ndarray, ...]
+    recordings: Sequence[Recording]
+    valid: Sequence[np.ndarray]
     sensor: str
-    aircraft: tuple[int | None, ...]
+    aircraft: Sequence[int | None]
 
     @property
     def rows(self) -> dict[str, int]:
         """Number of rows of the splits ``train`` and ``valid``."""
         valid = sum(int(mask.sum()) for mask in self.valid)
-        return {"train": sum(len(recording) for recording in self.recordings) - valid, "valid": valid}
+        return {"train": sum(map(len, self.valid)) - valid, "valid": valid}
+
+    def checked(self, check: Callable[[Recording], None]) -> "Training":
+        """Have every recording checked: at once, or whenever it is read."""
+        for recording in self.recordings:
+            check(recording)
+        return self
 
 
 def training_rows(recordings: Iterable[Recording], sensor: str | None = None) -> Training:
@@ -65,19 +72,16 @@ def training_rows(recordings: Iterable[Recording], sensor: str | None = None) ->
     """
     kept, masks, names, learned = [], [], [], 0
     aircraft: list[int | None] = []
-    met: dict[tuple[str, str], int] = {}
+    numbers = Numbers()
     for recording in recordings:
         sensor = pick_sensor([recording], sensor)
-        recording.check_scalar(sensor)
         names.append(repr(recording.name))
-        train, valid = _split(recording)
-        rows = train | valid
-        if rows.sum() >= 2:
-            kept.append((recording if rows.all() else recording.take(rows)).labeled())
-            masks.append(valid[rows])
-            told = _aircraft_of(recording)
-            aircraft.append(None if told is None else met.setdefault(told, len(met)))
-            learned += int(train.sum())
+        rows = rows_of(recording, sensor)
+        if rows is not None:
+            kept.append(rows.recording)
+            masks.append(rows.valid)
+            aircraft.append(numbers(rows.aircraft))
+            learned += int((~rows.valid).sum())
     if sensor is None or not names:
         msg = "nothing to fit: no recording was given"
         raise RequestError(msg)
@@ -85,16 +89,46 @@ def training_rows(recordings: Iterable[Recording], sensor: str | None = None) ->
         more = f" and {len(names) - 12} more" if len(names) > 12 else ""
         msg = f"no training rows: no row of {', '.join(names[:12])}{more} has split = train"
         raise RequestError(msg)
-    for mask in masks:
-        mask.flags.writeable = False
     return Training(tuple(kept), tuple(masks), sensor, tuple(aircraft))
 
 
-def _aircraft_of(recording: Recording) -> tuple[str, str] | None:
-    """Return type and individual as text; None where the recording does not tell both."""
-    if not {"aircraft", "individual"} <= recording.meta.keys():
+class LearnedRows(NamedTuple):
+    """What is learned of a recording: labeled, which of its rows are for validation, which aircraft flew."""
+
+    recording: Recording
+    valid: np.ndarray
+    aircraft: tuple[str, str] | None
+
+
+def rows_of(recording: Recording, sensor: str) -> LearnedRows | None:
+    """Return what is learned of a recording; None without two rows.
+
+    Raises
+    ------
+    RequestError
+        If it has no such magnetometer.
+    """
+    recording.check_scalar(sensor)
+    train, valid = _split(recording)
+    rows = train | valid
+    if rows.sum() < 2:
         return None
-    return str(recording.meta["aircraft"]), str(recording.meta["individual"])
+    mask = valid[rows]
+    mask.flags.writeable = False
+    about = tuple(str(recording.meta[name]) for name in ("aircraft", "individual") if name in recording.meta)
+    labeled = (recording if rows.all() else recording.take(rows)).labeled()
+    return LearnedRows(labeled, mask, (about[0], about[1]) if len(about) == 2 else None)
+
+
+class Numbers:
+    """Numbers of aircraft, from 0 as they are met."""
+
+    def __init__(self) -> None:
+        self._met: dict[tuple[str, str], int] = {}
+
+    def __call__(self, aircraft: tuple[str, str] | None) -> int | None:
+        """Return the number of a type and an individual; None where it is not known."""
+        return None if aircraft is None else self._met.setdefault(aircraft, len(self._met))
 
 
 def read_training(flights: Iterable[FlightInfo], sensor: str | None = None) -> Training:
@@ -108,8 +142,12 @@ def read_training(flights: Iterable[FlightInfo], sensor: str | None = None) -> T
         If a file is damaged.
     """
     every = tuple(flights)
-    having = [info for info in every if not info.splits or {"train", "valid"} & info.splits.keys()]
-    return training_rows((info.read() for info in having or every), sensor)
+    return training_rows((info.read() for info in with_rows(every) or every), sensor)
+
+
+def with_rows(flights: Iterable[FlightInfo]) -> list[FlightInfo]:
+    """Return the flights that have rows to learn from, as far as is known before they are read."""
+    return [info for info in flights if not info.splits or {"train", "valid"} & info.splits.keys()]
 
 
 def pick_sensor(recordings: Sequence[Recording], sensor: str | None = None) -> str:

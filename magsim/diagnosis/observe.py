@@ -190,7 +190,7 @@ def observe(
 def _rows_to_learn(recordings: Sequence[Recording], sensor: str) -> tuple[Recording, ...]:
     """Return training and validation rows; all rows where there are none, as on a test flight."""
     try:
-        return training_rows(recordings, sensor).recordings
+        return tuple(training_rows(recordings, sensor).recordings)
     except RequestError:
         return tuple(recordings)
 
