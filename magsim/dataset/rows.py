@@ -41,6 +41,12 @@ class Training:
     sensor: str
     aircraft: Sequence[int | None]
 
+    @classmethod
+    def whole(cls, recordings: Sequence[Recording], sensor: str) -> "Training":
+        """Return all rows of recordings, none for validation: what is closed-form learns from all."""
+        masks = tuple(np.zeros(len(recording), dtype=bool) for recording in recordings)
+        return cls(tuple(recordings), masks, sensor, (None,) * len(masks))
+
     @property
     def rows(self) -> dict[str, int]:
         """Number of rows of the splits ``train`` and ``valid``."""

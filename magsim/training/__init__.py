@@ -16,6 +16,7 @@ from magsim.training.gradients import project_conflicts
 from magsim.training.levenberg import LevenbergPlan, train_levenberg
 from magsim.training.loop import Plan, train
 from magsim.training.run import Outcome, Progress
+from magsim.training.spool import Spool, SpooledWindows
 from magsim.training.streaming import Position, WindowDataset, WindowLoader
 from magsim.training.weights import freeze, put_weights
 from magsim.training.windows import ArrayWindows, RandomBatches, WindowSource, overlap_add, starts_of
@@ -30,6 +31,8 @@ __all__ = [
     "Position",
     "Progress",
     "RandomBatches",
+    "Spool",
+    "SpooledWindows",
     "WindowDataset",
     "WindowLoader",
     "WindowSource",

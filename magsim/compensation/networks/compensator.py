@@ -15,6 +15,7 @@ from magsim.compensation.networks.fitted import Fitted, check_rate
 from magsim.compensation.networks.fitting import fit_network
 from magsim.compensation.networks.inputs import inputs_from, most_lookahead, sure_reads
 from magsim.compensation.networks.modules.committee import Committee
+from magsim.compensation.networks.pretraining import pretrain
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.stage import first_stage
@@ -22,6 +23,7 @@ from magsim.compensation.networks.streaming import network_streamer
 from magsim.compensation.saving import State
 from magsim.compensation.streaming import Feed, Streamer
 from magsim.dataset import Training
+from magsim.errors import RequestError
 from magsim.recording import Recording
 from magsim.training import Outcome, put_weights, reproducible, seeded
 
@@ -39,14 +41,19 @@ class NetworkReport:
         Names of its input columns.
     left_out : tuple of str
         Channels that do not change, and kinds of which there is none.
+    is_start : bool
+        Whether it is a start for others, without an estimate of its own.
     """
 
     inputs: tuple[str, ...]
     left_out: tuple[str, ...]
+    is_start: bool = False
 
     def __str__(self) -> str:
         lines = [f"{len(self.inputs)} inputs: {', '.join(self.inputs)}"]
         lines += [f"left out, as they do not change: {', '.join(self.left_out)}"] if self.left_out else []
+        if self.is_start:
+            lines.append("a start for others: adapt it to a calibration flight with --init")
         return "\n".join(lines)
 
 
@@ -95,6 +102,11 @@ class NetworkCompensator(Compensator):
         return max(known) if len(known) == len(found) else None
 
     @property
+    def one_by_one(self) -> bool:  # type: ignore[override]
+        """Whether each flight has a first stage of its own."""
+        return self.settings.stage_for == "flight"
+
+    @property
     def warmup_s(self) -> float:  # type: ignore[override]
         """The rows before the first output; taken at 10 Hz before ``fit`` has seen a rate."""
         rate_hz = self._fitted.rate_hz if hasattr(self, "_fitted") else 10.0
@@ -105,16 +117,15 @@ class NetworkCompensator(Compensator):
         self.settings.check()
         self.settings.refuse_of_adam(self.presets)
         identity = {"method": self.name, "params": self.get_params()}
-        self._fitted, self.outcomes_ = fit_network(
-            self.settings, self.make_module, training, context, identity=identity
-        )
+        fit = pretrain if self.one_by_one else fit_network
+        self._fitted, self.outcomes_ = fit(self.settings, self.make_module, training, context, identity=identity)
 
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return first stage plus network, (n,) [nT].
 
         Of networks that are streamed in double precision: rows by themselves give what rows in batches give.
         """
-        fitted = self._fitted
+        fitted = self._with_estimate()
         check_rate(recording, fitted.rate_hz)
         inputs, module = fitted.inputs(recording), fitted.module
         if self.settings.context is not None:
@@ -127,12 +138,22 @@ class NetworkCompensator(Compensator):
     def report_(self) -> NetworkReport:
         """The inputs that were found, and what was left out."""
         self.check_fitted()
-        return NetworkReport(self._fitted.names, self._fitted.columns.left_out)
+        return NetworkReport(self._fitted.names, self._fitted.columns.left_out, self._fitted.is_start)
 
     def _streamer(self, feed: Feed) -> Streamer | None:
         """Return stage and network row by row; see ``Compensator``."""
         context = self.settings.context
-        return None if context is None else network_streamer(self._fitted, feed, context=context)
+        return None if context is None else network_streamer(self._with_estimate(), feed, context=context)
+
+    def _with_estimate(self) -> Fitted:
+        """Return what was fitted; refuse what is a start for others."""
+        if self._fitted.is_start:
+            msg = (
+                f"method {self.name} was trained on flights with a first stage each (stage_for 'flight') and has none "
+                f"for this one; adapt it to a calibration flight: magsim train {self.name} FLIGHT --init RUN"
+            )
+            raise RequestError(msg)
+        return self._fitted
 
     def state(self) -> State:
         """Return scales, first stage and weights; see ``Compensator.state``."""
@@ -153,6 +174,7 @@ class NetworkCompensator(Compensator):
             "mean_nt": fitted.mean,
             "scale_nt": fitted.scale,
             "weight": fitted.weight,
+            "is_start": fitted.is_start,
             "members": len(fitted.module.members) if isinstance(fitted.module, Committee) else None,
             "outcomes": outcomes,
         }
@@ -184,8 +206,10 @@ class NetworkCompensator(Compensator):
             msg = f"{columns.count} input columns for {len(names)} names"
             raise ValueError(msg)
         mean, scale, weight = float(values["mean_nt"]), float(values["scale_nt"]), float(values["weight"])
-        rate_hz = float(values["rate_hz"])
-        self._fitted = Fitted(self.settings, stage, columns, names, standardizer, mean, scale, module, rate_hz, weight)
+        rate_hz, is_start = float(values["rate_hz"]), bool(values["is_start"])
+        self._fitted = Fitted(
+            self.settings, stage, columns, names, standardizer, mean, scale, module, rate_hz, weight, is_start
+        )
         self.outcomes_ = {name: Outcome(**kept, history=()) for name, kept in values["outcomes"].items()}
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -21,14 +22,41 @@ from magsim.training import (
     Outcome,
     Progress,
     RandomBatches,
+    WindowSource,
     train,
     train_levenberg,
 )
 
 
+class Lesson(Protocol):
+    """What a network learns from."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Rows a second."""
+
+    def sources(self, rows: int) -> Sequence[WindowSource]:
+        """Return windows of inputs and of targets: rest, perhaps the tutor's estimate of it, and learned rows.
+
+        Raises
+        ------
+        ValueError
+            If no piece is as long as a window.
+        """
+
+    def band_variance(self) -> float:
+        """Return the variance of the standardized rest in band.
+
+        Raises
+        ------
+        DataError
+            If no piece is long enough for the band-pass.
+        """
+
+
 @dataclass(frozen=True)
-class Lesson:
-    """What a network learns from, an array for each recording.
+class HeldLesson:
+    """What a network learns from, in memory: an array for each recording.
 
     Attributes
     ----------
@@ -57,20 +85,26 @@ class Lesson:
         """Pieces without a gap: number of the recording, and its rows."""
         return [(number, span) for number, r in enumerate(self.recordings) for span in spans(r.time_s)]
 
-    def band_weight(self, weight: float) -> float:
-        """Return the weight of the in-band error relative to the variance of what there is in band.
+    @property
+    def rate_hz(self) -> float:
+        """Rows a second."""
+        return self.recordings[0].rate_hz
 
-        Raises
-        ------
-        DataError
-            If no piece is long enough for the band-pass.
-        """
+    def sources(self, rows: int) -> list[ArrayWindows]:
+        """Return windows of inputs and of targets; see ``Lesson``."""
+        return [
+            ArrayWindows([values[number][span] for number, span in self.pieces], rows=rows)
+            for values in (self.inputs, self.targets)
+        ]
+
+    def band_variance(self) -> float:
+        """Return the variance of the standardized rest in band; see ``Lesson``."""
         parts = [in_band(rest, recording.time_s) for rest, recording in zip(self.rest, self.recordings, strict=True)]
         inside = np.concatenate(parts)
         if not len(inside):
             msg = "no training piece is longer than the 60 s that the band-pass spoils"
             raise DataError(msg)
-        return weight / max(float(inside.var()), 1e-12)
+        return float(inside.var())
 
 
 @dataclass(frozen=True)
@@ -112,10 +146,7 @@ def _check(settings: NetworkSettings, machine: Machine) -> None:
 
 def _adam(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:
     try:
-        sources = [
-            ArrayWindows([values[number][span] for number, span in lesson.pieces], rows=settings.window)
-            for values in (lesson.inputs, lesson.targets)
-        ]
+        sources = lesson.sources(settings.window)
     except ValueError as error:
         raise DataError(str(error)) from None
     batches = RandomBatches(sources, batch=settings.batch)
@@ -136,9 +167,9 @@ def _adam(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: 
 def _loss(settings: NetworkSettings, lesson: Lesson, rows: int) -> Loss:
     band, weight = None, 0.0
     if settings.band_weight > 0.0 and settings.outputs > 1:
-        weight = lesson.band_weight(settings.band_weight)
+        weight = _band_weight(settings, lesson)
         try:
-            matrix = band_matrix(settings.outputs, lesson.recordings[0].rate_hz)
+            matrix = band_matrix(settings.outputs, lesson.rate_hz)
         except ValueError as error:
             raise RequestError(str(error)) from None
         band = torch.tensor(matrix.T, dtype=torch.float32)
@@ -149,14 +180,19 @@ def _loss(settings: NetworkSettings, lesson: Lesson, rows: int) -> Loss:
     return DecayedLoss(loss, settings.weight_decay) if settings.weight_decay > 0.0 else loss
 
 
+def _band_weight(settings: NetworkSettings, lesson: Lesson) -> float:
+    """Return the weight of the in-band error relative to the variance of what there is in band."""
+    return settings.band_weight / max(lesson.band_variance(), 1e-12)
+
+
 def _levenberg(settings: NetworkSettings, module: nn.Module, lesson: Lesson, errand: Errand) -> Outcome:
     """Learn all rows at once, in band too."""
+    assert isinstance(lesson, HeldLesson)  # settings that spool are refused
     pieces = [
         LearnedPiece(lesson.inputs[k][span], lesson.rest[k][span], lesson.learned[k][span]) for k, span in lesson.pieces
     ]
-    weight = lesson.band_weight(settings.band_weight) if settings.band_weight > 0.0 else 0.0
-    rate_hz = lesson.recordings[0].rate_hz
-    squares = squares_of(pieces, rate_hz, context=settings.context, window=settings.window, band_weight=weight)
+    weight = _band_weight(settings, lesson) if settings.band_weight > 0.0 else 0.0
+    squares = squares_of(pieces, lesson.rate_hz, context=settings.context, window=settings.window, band_weight=weight)
     plan = LevenbergPlan(
         errand.steps,
         every=settings.every,

@@ -7,7 +7,7 @@ the jackknife over legs, and the share is shrunk by it (positive-part James-Stei
 is not used at all.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,24 @@ class Unit(NamedTuple):
     output: np.ndarray
 
 
+class Part(NamedTuple):
+    """Rows that judge, of one recording: times (n,) [s], inputs (n, c), what the stage leaves (n,) [nT].
+
+    ``numbers`` (n,) is that of the run of each judged row, -1 in others.
+    """
+
+    time_s: np.ndarray
+    inputs: np.ndarray
+    rest: np.ndarray
+    numbers: np.ndarray
+
+    @classmethod
+    def of(cls, fitted: Fitted, watched: Watched, sensor: str) -> "Part":
+        """Return the rows of a recording that judge."""
+        recording = watched.recording
+        return cls(recording.time_s, fitted.inputs(recording), fitted.rest(recording, sensor), _units(watched, sensor))
+
+
 class Judge:
     """Judges networks by rows, in band.
 
@@ -39,16 +57,12 @@ class Judge:
     ----------
     fitted : Fitted
         Stage and scales; networks may be trained further.
-    watched : sequence of Watched
-    sensor : str
+    parts : iterable of Part
+        Gone through for every judgement.
     """
 
-    def __init__(self, fitted: Fitted, watched: Sequence[Watched], sensor: str) -> None:
-        self._fitted = fitted
-        self._parts = [
-            (w.recording.time_s, fitted.inputs(w.recording), fitted.rest(w.recording, sensor), _units(w, sensor))
-            for w in watched
-        ]
+    def __init__(self, fitted: Fitted, parts: Iterable[Part]) -> None:
+        self._fitted, self._parts = fitted, parts
 
     def units(self, module: nn.Module) -> list[Unit]:
         """Return the judged rows of a network, run by run.
@@ -99,9 +113,13 @@ def _units(watched: Watched, sensor: str) -> np.ndarray:
     for number, run in enumerate(found):
         numbers[run] = number
     if len(found) < LEAST_UNITS:
-        part = np.floor((recording.time_s - recording.time_s[0]) / PART_S).astype(int)
-        numbers = np.where(rows, part, -1)
+        numbers = np.where(rows, thirties(recording.time_s), -1)
     return np.where(recording.reads(sensor), numbers, -1)
+
+
+def thirties(time_s: np.ndarray) -> np.ndarray:
+    """Return the number of the part of ``PART_S`` of each row, from 0."""
+    return np.floor((time_s - time_s[0]) / PART_S).astype(int)
 
 
 def share_of(units: Sequence[Unit]) -> float:

@@ -1,7 +1,7 @@
 """A trained pair of closed-form first stage and network, and the scales between them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from torch import nn
@@ -37,6 +37,8 @@ class Fitted:
         Rate of the training rows: windows count rows, so a network knows one rate only.
     weight : float
         Share of the network's output in use, 0 to 1; see ``magsim.compensation.networks.evidence``.
+    is_start : bool
+        Each flight of the training had a stage or inputs of its own: a start for others, with no estimate by itself.
     """
 
     settings: NetworkSettings
@@ -48,7 +50,8 @@ class Fitted:
     scale: float
     module: nn.Module
     rate_hz: float
-    weight: float = field(default=1.0)
+    weight: float = 1.0
+    is_start: bool = False
 
     @property
     def gain_nt(self) -> float:
@@ -76,13 +79,18 @@ class Fitted:
         )
 
     def rest(self, recording: Recording, sensor: str) -> np.ndarray:
-        """Return what the stage leaves of the target, less its mean, (n,) [nT].
+        """Return what the stage leaves of the target, less its mean, (n,) [nT]; see ``left_by``."""
+        return left_by(self.stage, self.settings, recording, sensor) - self.mean
 
-        Rows in which the magnetometer does not read are bridged: what is held there must not reach filters.
-        """
-        found = target_of(self.settings, recording, sensor) - self.stage.interference(recording) - self.mean
-        read = recording.reads(sensor)
-        return found if read.all() else np.interp(recording.time_s, recording.time_s[read], found[read])
+
+def left_by(stage: Compensator, settings: NetworkSettings, recording: Recording, sensor: str) -> np.ndarray:
+    """Return what a stage leaves of the target, (n,) [nT].
+
+    Rows in which the magnetometer does not read are bridged: what is held there must not reach filters.
+    """
+    found = target_of(settings, recording, sensor) - stage.interference(recording)
+    read = recording.reads(sensor)
+    return found if read.all() else np.interp(recording.time_s, recording.time_s[read], found[read])
 
 
 def target_of(settings: NetworkSettings, recording: Recording, sensor: str) -> np.ndarray:

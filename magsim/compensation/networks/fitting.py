@@ -10,9 +10,7 @@ learns from all rows for that many steps (Goodfellow, Bengio and Courville, Deep
 untrained network returns zeros, and step 0 counts: where training never helps, the estimate is that of the first stage.
 """
 
-import hashlib
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
 
@@ -20,30 +18,24 @@ import numpy as np
 from torch import nn
 
 from magsim.compensation.base import FitContext
-from magsim.compensation.networks.descent import Errand, Lesson, descend
-from magsim.compensation.networks.evidence import Judge, Unit, share_of
+from magsim.compensation.networks.descent import Errand, HeldLesson, descend
+from magsim.compensation.networks.evidence import Judge, Part, Unit, share_of
 from magsim.compensation.networks.fitted import Fitted, check_rates, target_of
 from magsim.compensation.networks.folds import Fold, everything, folds_of
 from magsim.compensation.networks.inputs import fit_inputs
 from magsim.compensation.networks.modules.committee import Committee
 from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
-from magsim.compensation.networks.stage import first_stage
-from magsim.compensation.networks.starting import started_from
-from magsim.compensation.tolles_lawson import TollesLawson
+from magsim.compensation.networks.spooling import LEAST_NT
+from magsim.compensation.networks.stage import first_stage, tutor_of
+from magsim.compensation.networks.starting import ModuleFactory, checkpoint_of, new_module, started_from
 from magsim.dataset import Training
 from magsim.recording import Recording
 from magsim.streams import integer_seed
-from magsim.training import Checkpoint, Outcome, seeded
+from magsim.training import Checkpoint, Outcome
 
 TOLERANCE = 1.1
 """How much worse than the best a validation value may be and still count as about as good."""
-
-LEAST_NT = 1e-6
-"""Smallest scale of a residual: below it there is nothing to learn."""
-
-ModuleFactory = Callable[[tuple[str, ...]], nn.Module]
-"""Makes a network with its start weights for the names of its input columns."""
 
 
 def fit_network(
@@ -133,9 +125,8 @@ def _prepare(
     sensor, rate_hz = training.sensor, check_rates(training.recordings)
     recordings = training.recordings
     # inputs and stage cut dropouts by themselves, as it is right for them
-    every_row = without_valid(training)
-    columns = fit_inputs(settings, every_row)
-    stage = first_stage(settings).fit_rows(every_row)
+    whole = Training.whole(recordings, sensor)
+    columns, stage = fit_inputs(settings, whole), first_stage(settings).fit_rows(whole)
     every = np.concatenate(
         [(target_of(settings, r, sensor) - stage.interference(r))[r.reads(sensor)] for r in recordings]
     )
@@ -143,11 +134,7 @@ def _prepare(
     designs = [columns(recording) for recording in recordings]
     names = designs[0].names
     standardizer = Standardizer.of([design.matrix for design in designs])
-    with seeded(integer_seed(context.seed, "compensation/weights")):
-        module = module_factory(names)
-    module.start_at_zero()  # type: ignore[operator]
-    if settings.optimizer == "lm":
-        module.double()
+    module = new_module(settings, module_factory, names, context.seed)
     return Fitted(settings, stage, columns, names, standardizer, mean, scale, module, rate_hz)
 
 
@@ -164,7 +151,7 @@ class _Run:
     def __call__(self, phase: str, fold: Fold, steps: int) -> tuple[nn.Module, Outcome, Judge]:
         """Train the network from its start; the best state by the in-band error on the rows that judge."""
         settings, fitted, sensor = self.settings, self.fitted, self.training.sensor
-        module, judge = deepcopy(fitted.module), Judge(fitted, fold.watched, sensor)
+        module, judge = deepcopy(fitted.module), Judge(fitted, [Part.of(fitted, each, sensor) for each in fold.watched])
         if steps == 0:
             # no step helped: the untrained network, which returns zeros, is the answer
             return module, Outcome(0, judge.value(module), 0, ()), judge
@@ -180,36 +167,24 @@ class _Run:
         )
         return module, descend(settings, module, lesson, errand), judge
 
-    def _lesson(self, fold: Fold) -> Lesson:
+    def _lesson(self, fold: Fold) -> HeldLesson:
         fitted, sensor = self.fitted, self.training.sensor
         known = [rows & r.reads(sensor) for r, rows in zip(self.training.recordings, fold.learned, strict=True)]
         pairs = [pair for pair in zip(self.training.recordings, known, strict=True) if pair[1].any()]
         recordings, learned = [recording for recording, _ in pairs], [rows for _, rows in pairs]
         inputs = [fitted.inputs(recording) for recording in recordings]
         rest = [fitted.rest(recording, sensor) / fitted.scale for recording in recordings]
-        return Lesson(recordings, inputs, rest, self._tutors(recordings), learned)
+        return HeldLesson(recordings, inputs, rest, self._tutors(recordings), learned)
 
     def _tutors(self, recordings: Sequence[Recording]) -> list[np.ndarray]:
         """Return the Tolles-Lawson estimate of the standardized rest, (n,) for each recording: its mean on a stage."""
         settings, fitted = self.settings, self.fitted
         if settings.tutor == 0.0 or settings.first_stage != "none":
             return [np.full(len(recording), -fitted.mean / fitted.scale) for recording in recordings]
-        tutor = TollesLawson(fluxgate=settings.fluxgate, direction=settings.direction)
-        tutor.fit_rows(without_valid(self.training))
+        tutor = tutor_of(settings, Training.whole(self.training.recordings, self.training.sensor))
         return [(tutor.interference(recording) - fitted.mean) / fitted.scale for recording in recordings]
 
-    def _checkpoint(self, phase: str, steps: int, lesson: Lesson) -> Checkpoint | None:
-        if self.context.checkpoint is None:
-            return None
-        about = {**self.identity, "settings": asdict(self.settings), "seed": self.context.seed, "steps": steps}
-        digest = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
-        start = [tensor.numpy() for tensor in self.fitted.module.state_dict().values()]
-        digest.update(repr(self.context.freeze).encode())
-        for array in (*start, *lesson.inputs, *lesson.targets):
-            digest.update(np.ascontiguousarray(array).tobytes())
-        return Checkpoint(self.context.checkpoint / phase.replace(" ", "_"), digest.hexdigest())
-
-
-def without_valid(training: Training) -> Training:
-    """Return the same rows without a part for validation: what is closed-form learns from all."""
-    return replace(training, valid=tuple(np.zeros(len(recording), dtype=bool) for recording in training.recordings))
+    def _checkpoint(self, phase: str, steps: int, lesson: HeldLesson) -> Checkpoint | None:
+        about = {**self.identity, "settings": asdict(self.settings), "steps": steps}
+        contents = (np.ascontiguousarray(array).tobytes() for array in (*lesson.inputs, *lesson.targets))
+        return checkpoint_of(self.context, phase, about, self.fitted.module, contents)

@@ -5,7 +5,7 @@ that has not seen them (cross-validation; Stone, J. R. Stat. Soc. B 36, 1974). R
 neighbors would have been learned. Rows near what is left out are neither learned nor judged.
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -122,22 +122,49 @@ def _blocks(recording: Recording) -> np.ndarray:
 
 def _groups(training: Training, hold_out: HoldOut) -> list[np.ndarray]:
     """Return the number of the flight, day or aircraft of each recording, from 0, for all of its rows."""
-    keys = [_key(training, number, hold_out) for number in range(len(training.recordings))]
-    order = list(dict.fromkeys(keys))
+    keys = [key_of(training, number, hold_out) for number in range(len(training.recordings))]
+    groups = numbered(keys, hold_out, "legs, blocks, split")
+    return [np.full(len(recording), group) for recording, group in zip(training.recordings, groups, strict=True)]
+
+
+def numbered(keys: Sequence[Hashable], hold_out: HoldOut, instead: str) -> list[int]:
+    """Return the number of the flight, day or aircraft of each recording, from 0.
+
+    Parameters
+    ----------
+    keys : sequence
+        From ``key_of``.
+    hold_out : {"flights", "days", "individuals"}
+    instead : str
+        What is allowed where all are of one, for the message.
+
+    Raises
+    ------
+    RequestError
+        If all are of one.
+    """
+    order = {key: number for number, key in enumerate(dict.fromkeys(keys))}
     if len(order) < 2:
         msg = (
             f"hold_out {hold_out!r} needs recordings of two {hold_out} or more, and all are of one; allowed for these: "
-            "legs, blocks, split"
+            f"{instead}"
         )
         raise RequestError(msg)
-    return [np.full(len(recording), order.index(key)) for recording, key in zip(training.recordings, keys, strict=True)]
+    return [order[key] for key in keys]
 
 
-def _key(training: Training, number: int, hold_out: HoldOut) -> object:
+def key_of(training: Training, number: int, hold_out: HoldOut) -> Hashable:
+    """Return what tells the flight, day or aircraft of a recording from others.
+
+    Raises
+    ------
+    RequestError
+        If the recording does not tell it.
+    """
     if hold_out == "flights":
         return number
     recording = training.recordings[number]
-    key: object = training.aircraft[number]
+    key: Hashable = training.aircraft[number]
     wanted = "aircraft and individual"
     if hold_out == "days":
         wanted = "start_utc"

@@ -25,6 +25,8 @@ def _odd(value: int) -> int:
 
 Kernel = Annotated[int, Field(ge=1), AfterValidator(_odd)]
 Optimizer = Literal["adam", "lm"]
+WHOLE = ("flights", "days", "individuals")
+"""What may be held out of flights that are read one at a time."""
 OF_ADAM = ("batch", "learning_rate", "decay", "surgery")
 """Settings that Levenberg-Marquardt does not heed."""
 FirstStage = Literal[
@@ -110,6 +112,9 @@ class NetworkSettings:
         What a fold leaves out; see ``magsim.compensation.networks.folds``.
     folds : int
         Most folds, 2 or more; 0 trains once, for all steps.
+    stage_for : {"all", "flight"}
+        What stage, and inputs that need a fit, are fitted to: all rows together; or those of each flight by themselves,
+        which are read one flight at a time. See ``magsim.compensation.networks.pretraining``.
     shrink : bool
         Use as much of the network's output as holds on rows that it has not learned; else all.
     refit : bool
@@ -140,6 +145,7 @@ class NetworkSettings:
     optimizer: Optimizer = "adam"
     hold_out: Literal["split", "legs", "blocks", "flights", "days", "individuals"] = "blocks"
     folds: Folds = 3
+    stage_for: Literal["all", "flight"] = "all"
     shrink: bool = True
     refit: bool = True
     threads: Count = 1
@@ -179,6 +185,23 @@ class NetworkSettings:
             msg = (
                 f"folds 1: one fold of {self.hold_out} leaves all of them out and nothing to learn; allowed: 2 or "
                 "more, or 0 to train once, on all rows"
+            )
+            raise RequestError(msg)
+
+        if self.stage_for == "flight":
+            self._check_for_flight()
+
+    def _check_for_flight(self) -> None:
+        if self.optimizer == "lm":
+            msg = (
+                "stage_for 'flight' learns from windows that are read from disk, and optimizer 'lm' takes all rows at "
+                "once; allowed: optimizer 'adam'"
+            )
+            raise RequestError(msg)
+        if self.folds and self.hold_out not in WHOLE:
+            msg = (
+                f"hold_out {self.hold_out!r} is not allowed with stage_for 'flight', which holds out whole groups; "
+                f"allowed: {', '.join(WHOLE)}, or folds = 0"
             )
             raise RequestError(msg)
 

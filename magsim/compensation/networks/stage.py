@@ -5,6 +5,8 @@ from typing import Any
 from magsim.compensation.base import Compensator
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.registry import create
+from magsim.compensation.tolles_lawson import TollesLawson
+from magsim.dataset import Training
 from magsim.errors import RequestError
 
 PLAIN = ("tl16", "tl18")
@@ -41,3 +43,8 @@ def first_stage(settings: NetworkSettings) -> Compensator:
     if takes_direction(settings):
         params["direction"] = settings.direction
     return create(name, **params)
+
+
+def tutor_of(settings: NetworkSettings, training: Training) -> TollesLawson:
+    """Return the Tolles-Lawson fit that a network without a stage learns at first; see ``losses.TutoredLoss``."""
+    return TollesLawson(fluxgate=settings.fluxgate, direction=settings.direction).fit_rows(training)

@@ -1,14 +1,64 @@
-"""Training that starts from another run: its weights and its scales, with parts that stay as they are."""
+"""What training starts from: a new network, another run's weights and scales, the state where it was broken off."""
 
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
+from torch import nn
 
 from magsim.compensation.base import FitContext
 from magsim.compensation.networks.fitted import Fitted
 from magsim.compensation.networks.modules.committee import Committee
+from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.registry import load
 from magsim.errors import RequestError
-from magsim.training import freeze, put_weights
+from magsim.streams import integer_seed
+from magsim.training import Checkpoint, freeze, put_weights, seeded
+
+ModuleFactory = Callable[[tuple[str, ...]], nn.Module]
+"""Makes a network with its start weights for the names of its input columns."""
+
+
+def new_module(
+    settings: NetworkSettings, module_factory: ModuleFactory, names: tuple[str, ...], seed: int
+) -> nn.Module:
+    """Return a network that gives zeros, with start weights of a seed and in the precision of its optimizer."""
+    with seeded(integer_seed(seed, "compensation/weights")):
+        module = module_factory(names)
+    module.start_at_zero()  # type: ignore[operator]
+    if settings.optimizer == "lm":
+        module.double()
+    return module
+
+
+def checkpoint_of(
+    context: FitContext, phase: str, about: Mapping[str, object], module: nn.Module, contents: Iterable[bytes]
+) -> Checkpoint | None:
+    """Return where the state of a training run is kept, if it is.
+
+    Parameters
+    ----------
+    context : FitContext
+    phase : str
+    about : mapping
+        What the run belongs to, beside the seed: plain values.
+    module : nn.Module
+        With its start weights.
+    contents : iterable of bytes
+        The data.
+    """
+    if context.checkpoint is None:
+        return None
+    digest = hashlib.sha256(json.dumps({**about, "seed": context.seed}, sort_keys=True).encode())
+    digest.update(repr(context.freeze).encode())
+    for tensor in module.state_dict().values():
+        digest.update(np.ascontiguousarray(tensor.numpy()).tobytes())
+    for content in contents:
+        digest.update(content)
+    return Checkpoint(context.checkpoint / phase.replace(" ", "_"), digest.hexdigest())
 
 
 def started_from(fitted: Fitted, context: FitContext) -> Fitted:
