@@ -1,5 +1,7 @@
 """Training on flights one at a time: what is learned, what judges, what it is a start for, what is refused."""
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +14,10 @@ from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.spooling import SpooledFlights
 from magsim.dataset import Dataset, flights_of, open_training
 from magsim.errors import DataError, RequestError
-from magsim.recording import write_recordings
+from magsim.recording import Recording, write_recordings
 from magsim.signals import in_band
-from tests.support.worlds import World, calibration
+from magsim.streams import stream
+from tests.support.worlds import INDUCED, PERMANENT_NT, World, calibration
 
 ONE = World(circuits=1)
 BARE = {"inputs": ("attitude", "rates"), "first_stage": "none"}
@@ -238,3 +241,50 @@ def test_flights_with_other_inputs_are_refused(flights):
 def test_settings_that_do_not_fit_are_refused(flights, settings, text):
     with pytest.raises(RequestError, match=text):
         create("bp", **FLIGHT | settings).fit(flights)
+
+
+def individual(number, flight):
+    """A flight of an individual: permanent and induced field of its own, and a nonlinear part that all have."""
+    rng = stream(number, "tests/pretraining/individual")
+    permanent = tuple(PERMANENT_NT + 40.0 * rng.normal(size=3))
+    induced = tuple(map(tuple, INDUCED * (1.0 + 0.5 * rng.normal(size=(3, 3)))))
+    flown = cut(calibration(World(circuits=1, permanent_nt=permanent, induced=induced), flight), 0, 6400)
+    shared = 10.0 * np.tanh(flown["ins_roll_deg"] / 4.0) * np.cos(np.radians(6.0 * flown["ins_pitch_deg"]))
+    changed = {name: flown[name] + shared for name in ("mag_cabin_nt", "interference_cabin_nt")}
+    about = {**flown.meta, "aircraft": "x", "individual": number}
+    return replace(flown, name=f"i{number}", data={**flown.data, **changed}, meta=about)
+
+
+def test_what_many_individuals_share_helps_a_new_one_in_few_steps(tmp_path):
+    """Judged on another flight of an individual that was in no training; the rest of the stage is 2.6 nT."""
+    settings = {**QUICK, "inputs": ("attitude",), "hidden": (16,), "batch": 8, "window": 160}
+    many = settings | {"steps": 400, "every": 100, "learning_rate": 0.01, "hold_out": "individuals", "folds": 4}
+    create("bp", **many, stage_for="flight").fit([individual(n, n) for n in range(4)]).save(tmp_path)
+    few = settings | {"steps": 10, "every": 10, "learning_rate": 0.002, "folds": 0}
+    calibrates, later = individual(9, 9), individual(9, 19)
+    errors = []
+    for init in (None, tmp_path):
+        method = create("bp", **few).fit(calibrates, context=FitContext(init=init))
+        error = later["interference_cabin_nt"] - method.interference(later)
+        errors.append(in_band(error, later.time_s).std())
+    scratch, adapted = errors
+    assert adapted < 0.5 * scratch
+
+
+def test_flights_are_read_one_at_a_time(folder, monkeypatch):
+    """Whatever is read is forgotten before the next is: any number of flights will do."""
+    read, alive = [], []
+    original = Recording.labeled
+
+    def spy(recording):
+        gc.collect()
+        assert not any(reference() is not None for reference in alive)
+        read.append(recording.name)
+        labeled = original(recording)
+        alive.append(weakref.ref(labeled))
+        return labeled
+
+    monkeypatch.setattr(Recording, "labeled", spy)
+    create("bp", **FLIGHT).fit(folder)
+    # once for the training, and the first once more for its columns
+    assert read == ["f1", "f2", "f3", "f1"]
