@@ -102,6 +102,8 @@ def training(*, quiet: bool = False) -> Iterator[Callable[["Progress"], None]]:
 
 
 def _state(progress: "Progress") -> str:
+    if math.isnan(progress.valid):
+        return "flights read"
     loss = "-" if math.isnan(progress.loss) else f"{progress.loss:.4g}"
     eta = "-" if math.isnan(progress.eta_s) else f"{progress.eta_s:.0f} s"
     return f"loss {loss}, in band {progress.valid:.4f} nT (best {progress.best:.4f}), ETA {eta}"

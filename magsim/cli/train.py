@@ -1,7 +1,10 @@
 """``magsim train``: fit a compensator on recordings and keep it in a folder."""
 
+import math
 import os
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +12,8 @@ import click
 
 if TYPE_CHECKING:
     from magsim.compensation import Compensator
+    from magsim.dataset import Training
+    from magsim.training import Progress
 
 DEFAULTS: dict[str, Any] = {
     "preset": None, "seed": 0, "sensor": None, "device": "cpu", "precision": "float32", "deterministic": True,
@@ -130,19 +135,39 @@ def _train_one(
     if not compensator.trains:
         context.refuse_without_effect(compensator.name)
     rows = compensator.read_rows(flights_of(recordings), asked["sensor"])
-    made_of = fingerprint(compensator, rows, preset=asked["preset"], seed=asked["seed"], context=context)
-    run = Run.shared(folder, made_of, resume=resume, force=force)
+    about = {"preset": asked["preset"], "seed": asked["seed"], "context": context}
+    first = os.environ.get("RANK", "0") == "0"  # of the processes of torchrun
+    with display(quiet=quiet or not first) as progress:
+        made_of = fingerprint(compensator, _counted(rows, "checksums", progress), **about)
+        run = Run.shared(folder, made_of, resume=resume, force=force)
+        if not run.is_complete:
+            run.train(compensator, _counted(rows, "stages", progress), replace(context, progress=progress))
     if run.is_complete:
         click.echo(f"{folder}: this run is complete", err=True)
         return
-    with display(quiet=quiet or not run.writes) as progress:
-        run.train(compensator, rows, replace(context, progress=progress))
     if not run.writes:
         return
     report = getattr(compensator, "report_", None)
     if report is not None and not quiet:
         click.echo(str(report))
     click.echo(f"{folder}: {compensator.name} for {rows.sensor}, {sum(rows.rows.values())} rows")
+
+
+def _counted(rows: "Training", phase: str, report: Callable[["Progress"], None]) -> "Training":
+    """Report every flight that is read of those that are not in memory: of thousands it takes minutes."""
+    from magsim.dataset import OneByOne
+
+    if not isinstance(rows, OneByOne):
+        return rows
+    from magsim.training import Progress
+
+    read, unknown = count(1), math.nan
+
+    def check(_recording: object) -> None:
+        step = min(next(read), len(rows.recordings))
+        report(Progress(phase, step, len(rows.recordings), unknown, unknown, unknown, unknown, unknown, unknown))
+
+    return rows.checked(check)
 
 
 def _words(options: dict[str, Any]) -> list[str]:

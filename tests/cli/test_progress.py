@@ -57,6 +57,12 @@ def test_training_is_shown_on_a_terminal_alone(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "140")
     assert show(quiet=True) == ""
+    with bars.training() as report:
+        report(Progress("stages", 30, 40, *[float("nan")] * 6))
+    text = capsys.readouterr().err
+    assert "stages" in text
+    assert "30/40" in text
+    assert "flights read" in text
     text = show()
     for part in ("fold 1", "10/40", "loss 0.5, in band 0.2500 nT (best 0.1250), ETA 7 s"):
         assert part in text
