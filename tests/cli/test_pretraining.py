@@ -88,7 +88,8 @@ def test_pretraining_is_killed_and_resumed_and_a_start_for_one_flight(folder, tm
 
 
 def test_what_is_refused_leaves_nothing(folder, tmp_path, capsys):
-    bad = replace(calibration(World(circuits=1), 3).take(slice(0, 500)), name="short")
+    meta = {"aircraft": "x", "individual": 3}
+    bad = replace(calibration(World(circuits=1), 3).take(slice(0, 500)), name="short", meta=meta)
     bad.write(folder / "shard_2.h5")
     code, _, err = run(capsys, "train", "many.toml", folder, "-o", "run")
     assert code == 3
