@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from magsim.aircraft import Aircraft, load_aircraft
 from magsim.aircraft.magnetics import Skin
 from magsim.cli import main
 from magsim.errors import RequestError
+from magsim.experiments import mount_report
 from magsim.experiments.mount_grid import Extent, grid, plane
 from magsim.experiments.mount_map import FlightSeries, predict
 from magsim.experiments.mount_report import flight_of, flown_aircraft, make_map, write_page
@@ -282,6 +284,8 @@ def test_page_needs_nothing_else(whole, tmp_path):
 
 
 def test_command_prints_the_table_and_draws(recording, tmp_path, monkeypatch, capsys):
+    """With a skin drawn coarsely: a place is predicted over each of its triangles."""
+    monkeypatch.setattr(mount_report, "outline", partial(outline, element_m=1.5))
     monkeypatch.chdir(tmp_path)
     recording.write("fom.h5")
     assert main(["map", "c208b", "--flight", "fom.h5", "--spacing", "3", "--top", "1", "-o", "map.png"]) == 0
