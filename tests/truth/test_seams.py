@@ -27,7 +27,7 @@ def _slow_moment(shells: ThinShells) -> float:
 
 def test_joints_all_around_a_ring() -> None:
     """Many joints across the current are a resistivity ``q / r``: J = -(r dB/dt / 2) / (1 / (sigma t) + q / r)."""
-    inner, outer, around, across = 0.3, 0.8, 96, 24
+    inner, outer, around, across = 0.3, 0.8, 72, 18
     mesh = _ring(inner, outer, around, across)
     number = np.arange(len(mesh.vertices)).reshape(across + 1, around)
     edges = np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2)
@@ -37,7 +37,7 @@ def test_joints_all_around_a_ring() -> None:
     r = inner + 0.5 * (outer - inner) * (nodes + 1.0)
     resistivity = 1.0 / CONDUCTANCE + around * ohm_m / (2.0 * np.pi * r)
     exact = 0.5 * np.pi * 0.5 * (outer - inner) * float(weights @ (r**3 / resistivity))
-    assert _slow_moment(shells) == pytest.approx(exact, rel=0.003)
+    assert _slow_moment(shells) == pytest.approx(exact, rel=0.004)
     assert _slow_moment(ThinShells(mesh, CONDUCTANCE)) > 1.5 * exact  # without joints it is another figure
 
 
