@@ -7,6 +7,7 @@ from magsim.errors import RequestError
 from magsim.papers.paper import Paper
 
 _MODULES: Mapping[str, str] = {
+    "001": "magsim.papers.paper_001",
     "002": "magsim.papers.paper_002",
 }
 """Module of each paper, with its ``PAPER``."""
