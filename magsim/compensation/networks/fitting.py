@@ -28,7 +28,7 @@ from magsim.compensation.networks.scaling import Standardizer
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.spooling import LEAST_NT
 from magsim.compensation.networks.stage import first_stage, tutor_of
-from magsim.compensation.networks.starting import ModuleFactory, checkpoint_of, new_module, started_from
+from magsim.compensation.networks.starting import ModuleFactory, checkpoint_of, is_trained, new_module, started_from
 from magsim.dataset import Training
 from magsim.recording import Recording
 from magsim.streams import integer_seed
@@ -82,7 +82,7 @@ def fit_network(
         members.append(member)
         units += judge.units(member)
     steps = enough_steps(pooled(list(outcomes.values()))) if outcomes else settings.steps
-    share = 1.0 if not outcomes else share_of(units) if settings.shrink else float(steps > 0)
+    share = 1.0 if not outcomes else share_of(units) if settings.shrink else float(steps > 0 or is_trained(context))
     if settings.refit or not members:
         member, outcomes["all"], _ = run("all", everything(training), steps if share > 0.0 else 0)
         members = [member]

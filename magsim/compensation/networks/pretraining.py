@@ -20,7 +20,7 @@ from magsim.compensation.networks.fitted import Fitted
 from magsim.compensation.networks.folds import key_of, numbered
 from magsim.compensation.networks.settings import NetworkSettings
 from magsim.compensation.networks.spooling import SpooledFlight, SpooledFlights
-from magsim.compensation.networks.starting import ModuleFactory, checkpoint_of, new_module, started_from
+from magsim.compensation.networks.starting import ModuleFactory, checkpoint_of, is_trained, new_module, started_from
 from magsim.dataset import Training
 from magsim.errors import DataError
 from magsim.signals.filters import EDGE_S
@@ -98,7 +98,11 @@ def pretrain(
         outcome = descend(settings, trained, SpooledLesson(spooled, fitted, learned), errand)
         share = 1.0
         if settings.folds:
-            share = share_of(judge.units(trained)) if settings.shrink else float(outcome.best_step > 0)
+            share = (
+                share_of(judge.units(trained))
+                if settings.shrink
+                else float(outcome.best_step > 0 or is_trained(context))
+            )
     return replace(fitted, module=trained, weight=share), {phase: outcome}
 
 

@@ -61,6 +61,11 @@ def checkpoint_of(
     return Checkpoint(context.checkpoint / phase.replace(" ", "_"), digest.hexdigest())
 
 
+def is_trained(context: FitContext) -> bool:
+    """Whether a network has learned something before its first step; one that has not gives zeros."""
+    return context.init is not None
+
+
 def started_from(fitted: Fitted, context: FitContext) -> Fitted:
     """Return what training begins with: the network of ``context.init``, if there is one.
 

@@ -1,5 +1,6 @@
 """Training that starts from another run."""
 
+import numpy as np
 import pytest
 import torch
 
@@ -43,6 +44,16 @@ def test_weights_and_scales_are_those_of_the_run_and_the_rest_is_trained(recordi
     assert after._fitted.scale == before._fitted.scale
     assert (after._fitted.standardizer.mean == before._fitted.standardizer.mean).all()
     assert after._fitted.mean != before._fitted.mean
+
+
+def test_a_start_that_no_step_makes_better_is_used_as_it_is(recording, first):
+    """Steps of 1e-9 make nothing better by more than rounding; without a start, the network would give zeros."""
+    folder, before = first
+    after = adapted(recording, folder, folds=2, shrink=False, learning_rate=1e-9, steps=1, every=1)
+    assert after._fitted.weight == 1.0
+    estimates = [method.interference(recording) for method in (before, after)]
+    assert np.abs(estimates[0] - estimates[0].mean()).max() > 0.1
+    np.testing.assert_allclose(*(estimate - estimate.mean() for estimate in estimates), rtol=0, atol=1e-3)
 
 
 def test_a_checkpoint_belongs_to_what_it_started_from(recording, first, tmp_path):
