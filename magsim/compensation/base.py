@@ -142,6 +142,9 @@ class Compensator(Explained):
         """Take back what ``state`` returned; a ``KeyError`` or ``ValueError`` means that the file is broken."""
         saving.set_attributes(self, state)
 
+    def check_settings(self) -> None:
+        """Refuse parameters that do not go together, by a ``RequestError``, before anything is read."""
+
     def _streamer(self, feed: Feed) -> Streamer | None:
         """Return the method's own part of a stream, for methods that are faster or remember more than a few rows.
 
@@ -175,13 +178,8 @@ class Compensator(Explained):
 
     @final
     def read_rows(self, flights: Iterable[FlightInfo], sensor: str | None = None) -> Training:
-        """Return the rows to learn from: in memory, or read when they are asked for if it learns ``one_by_one``.
-
-        Raises
-        ------
-        RequestError, DataError
-            As ``magsim.dataset.read_training``.
-        """
+        """Return the rows to learn from; of a method that learns ``one_by_one``, each flight is read when asked for."""
+        self.check_settings()
         return (open_training if self.one_by_one else read_training)(flights, sensor)
 
     @final
@@ -195,6 +193,7 @@ class Compensator(Explained):
             context.refuse_without_effect(self.name)
         self.__dict__.pop("sensor_", None)
         check_parameters(type(self), self.get_params(), self.name)
+        self.check_settings()
         training = training.checked(self._require)
         with context.logged() as context:
             self.learn(training, context)

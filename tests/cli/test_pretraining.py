@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from magsim.compensation import load
-from magsim.recording import write_recordings
+from magsim.recording import file, write_recordings
 from tests.support.commands import run
 from tests.support.worlds import World, calibration
 
@@ -96,3 +96,13 @@ def test_what_is_refused_leaves_nothing(folder, tmp_path, capsys):
     assert err.count("\n") == 1
     assert "recording 'short' is too short" in err
     assert not (tmp_path / "run").exists()
+
+
+def test_settings_are_refused_before_any_flight_is_read(folder, capsys, monkeypatch):
+    def refuse(_path, _number):
+        raise AssertionError
+
+    monkeypatch.setattr(file, "read_number", refuse)
+    code, _, err = run(capsys, "train", "bpnn:stage_for=flight", folder)
+    assert code == 2
+    assert err.startswith("hold_out 'blocks' is not allowed with stage_for 'flight'")

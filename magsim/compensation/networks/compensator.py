@@ -112,10 +112,13 @@ class NetworkCompensator(Compensator):
         rate_hz = self._fitted.rate_hz if hasattr(self, "_fitted") else 10.0
         return ((self.settings.context or 1) - 1) / rate_hz
 
-    def learn(self, training: Training, context: FitContext) -> None:
-        """Train; see ``Compensator.learn``."""
+    def check_settings(self) -> None:
+        """Refuse settings that do not go together; see ``Compensator.check_settings``."""
         self.settings.check()
         self.settings.refuse_of_adam(self.presets)
+
+    def learn(self, training: Training, context: FitContext) -> None:
+        """Train; see ``Compensator.learn``."""
         identity = {"method": self.name, "params": self.get_params()}
         fit = pretrain if self.one_by_one else fit_network
         self._fitted, self.outcomes_ = fit(self.settings, self.make_module, training, context, identity=identity)
