@@ -9,6 +9,7 @@ from magsim.papers.paper import Paper
 _MODULES: Mapping[str, str] = {
     "001": "magsim.papers.paper_001",
     "002": "magsim.papers.paper_002",
+    "003": "magsim.papers.paper_003.paper",
 }
 """Module of each paper, with its ``PAPER``."""
 

@@ -1,0 +1,98 @@
+"""The methods of paper 003 and those beside them: method, preset, and what of the preset is changed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from magsim.papers.paper_003.published import CHOSEN, TABLE_2, Network
+
+TAPS = 10
+"""Rows that an output is made from, 1 s. The paper does not print its window; the presets' 50 rows cost five times as
+much, and what is drawn has no memory."""
+
+EPOCHS = 100.0
+"""Training iterations, as the paper prints them, read as passes over all windows of the training rows."""
+
+QUICK_EPOCHS = 0.05
+
+_WINDOWS = {"window": TAPS, "taps": TAPS}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A method as it is fitted.
+
+    Attributes
+    ----------
+    method : str
+        In the registry; ``noise_floor`` for the oracle.
+    preset : str, optional
+    params : mapping
+        In which it differs from the preset.
+    printed : bool
+        Trained as the paper trains: as many epochs as it prints.
+    """
+
+    method: str
+    preset: str | None = None
+    params: Mapping[str, Any] = field(default_factory=dict)
+    printed: bool = False
+
+
+def _recurrent(method: str, **params: Any) -> Recipe:
+    return Recipe(method, "paper", {**_WINDOWS, **params}, printed=True)
+
+
+def network_name(network: Network) -> str:
+    """Return the name of the recipe of a cell of Table 2: the paper's choice is its LSTM-BP."""
+    return "LSTM-BP" if network == CHOSEN else f"LSTM-BP {network.name}"
+
+
+def _cell(network: Network) -> Recipe:
+    """Return the recipe of a cell of Table 2."""
+    return _recurrent(
+        "lstm_bp",
+        layers=network.lstm_layers,
+        activation=network.lstm_activation,
+        dense=(64, 32)[: network.dense_layers],
+        dense_activation=network.dense_activation,
+    )
+
+
+PRINTED: Mapping[str, Recipe] = {
+    "LSTM-BP": _recurrent("lstm_bp"),
+    "GRU-BP": _recurrent("gru_bp"),
+    "LSTM": _recurrent("lstm"),
+    "BP": Recipe("bp", "paper003", printed=True),
+}
+"""The models of Table 3, in its order."""
+
+GRID: Mapping[str, Recipe] = {
+    network_name(network): _cell(network) for network in TABLE_2 if network_name(network) not in PRINTED
+}
+"""The cells of Table 2 but the paper's choice."""
+
+VARIANTS: Mapping[str, Recipe] = {
+    "LSTM-BP on T-L": _recurrent("lstm_bp", first_stage="tl18", stage_band="broad"),
+    "LSTM-BP without time": _recurrent("lstm_bp", inputs=("tl16", "angles")),
+}
+"""Readings of the paper: the network on what Tolles-Lawson leaves, and without the input that a test lies beyond."""
+
+DEFAULTS: Mapping[str, Recipe] = {
+    f"{name}, default": Recipe(method, "default")
+    for name, method in (("LSTM-BP", "lstm_bp"), ("GRU-BP", "gru_bp"), ("LSTM", "lstm"), ("BP", "bp"))
+}
+
+LINEAR: Mapping[str, Recipe] = {
+    "tl16": Recipe("tl16"),
+    "tl16, broadband": Recipe("tl16", None, {"band": "broad"}),
+    "tl18, broadband": Recipe("tl18", None, {"band": "broad"}),
+    "T-L with auxiliary columns": Recipe("tl16_auxiliary"),
+    "exact_norm (ours)": Recipe("exact_norm"),
+    "noise floor": Recipe("noise_floor"),
+}
+
+RECIPES: Mapping[str, Recipe] = {**PRINTED, **GRID, **VARIANTS, **DEFAULTS, **LINEAR}
+
+FEW: tuple[str, ...] = ("tl16, broadband", "tl18, broadband", "noise floor")
+"""Of the added ones those that stand below Table 1."""
