@@ -7,7 +7,7 @@ import pytest
 
 from magsim.papers import Effort, Task, run_paper
 from magsim.papers.paper_003 import worlds
-from magsim.papers.paper_003.claims import claims, claims_of_table_2, sign_test
+from magsim.papers.paper_003.claims import claims, claims_of_table_2, headlines, sign_test
 from magsim.papers.paper_003.published import BEST, CHOSEN, TABLE_2
 from magsim.papers.paper_003.recipes import TAPS, network_name
 from magsim.papers.paper_003.work import FULL, scores, tasks
@@ -212,15 +212,19 @@ def test_claims_about_the_grid_are_ranks():
     assert table.cell("order of all 16 cells", "tau").found == pytest.approx((1.0, 118.0 / 120.0, -1.0))
 
 
-def test_claims_about_models_are_ratios_flight_by_flight():
-    values = {"LSTM-BP": (8.0, 9.0), "GRU-BP": (4.0, 18.0), "LSTM": (2.0, 3.0), "BP": (1.0, 6.0)}
-    results = [
+def models(values):
+    """Results of Table 3's models in every world."""
+    return [
         result(world, line, number, ratio)
         for world in ("drawn", "physical", "static", "dynamic")
         for line, ratios in values.items()
         for number, ratio in enumerate(ratios)
     ]
-    table = claims(results)
+
+
+def test_claims_about_models_are_ratios_flight_by_flight():
+    values = {"LSTM-BP": (8.0, 9.0), "GRU-BP": (4.0, 18.0), "LSTM": (2.0, 3.0), "BP": (1.0, 6.0)}
+    table = claims(models(values))
     assert table.cell("drawn: LSTM-BP > GRU-BP", "ratio").found == (2.0, 0.5)
     assert table.cell("drawn: LSTM-BP > GRU-BP", "holds").found == (50.0,)
     assert table.cell("dynamic: LSTM > BP", "ratio").found == (2.0, 0.5)
@@ -228,6 +232,21 @@ def test_claims_about_models_are_ratios_flight_by_flight():
     assert [line.name for line in table.lines if line.added] == [
         f"physical: {pair}" for pair in ("LSTM-BP > GRU-BP", "GRU-BP > LSTM", "LSTM > BP", "LSTM-BP > BP")
     ]
+
+
+def test_headlines_are_those_of_the_claims():
+    """Cells as printed but for the best, which is so in one of two flights."""
+    values = {"LSTM-BP": (24.0, 24.0), "GRU-BP": (4.0, 18.0), "LSTM": (2.0, 3.0), "BP": (1.0, 6.0)}
+    grid = {network_name(network): (ratio, ratio) for network, ratio in TABLE_2.items()} | {network_name(BEST): (30, 5)}
+    cells = [result("drawn", name, k, pair[k]) for name, pair in grid.items() for k in (0, 1) if name not in values]
+    found = headlines(models(values) + cells)
+    assert (found["best_cell_is_2tanh"].published, found["best_cell_is_2tanh"].found) == (1.0, (1.0, 0.0))
+    assert found["ratio_lstmbp_over_bp"].found == (24.0, 4.0)
+    assert found["ratio_lstmbp_over_bp"].published == pytest.approx(25.02 / 3.42)
+    assert found["ratio_lstm_over_bp"].found == (2.0, 0.5)
+    # of 120 pairs those of the best with the cells above 5 are turned round
+    below = sum(ratio > 5.0 for name, ratio in GRID.items() if name != "2 tanh / 2 tanh")
+    assert found["grid_kendall_tau"].found == pytest.approx((1.0, 1.0 - 2.0 * below / 120.0))
 
 
 def test_the_full_run_trains_as_many_epochs_as_printed():

@@ -80,7 +80,7 @@ def claims(results: Results) -> PaperTable:
     columns = (
         Column("ratio", "ratio of their IR", "", 2),
         Column("holds", "holds in", "% of flights", 0),
-        Column("p", "p", "sign test", 3),
+        Column("p", "p of the sign test", "", 3),
     )
     note = (
         "Published ratios are computed from the IR that Tables 1 and 3 print. Table 3 has another 'before' for each "
@@ -95,6 +95,11 @@ def grid_of(results: Results) -> np.ndarray:
     """Return the improvement ratios of Table 2, (flights, cells) in the order of the table."""
     names = [network_name(network) for network in TABLE_2]
     return np.array([values_of(results, SCORE, "judge", world="drawn", line=name) for name in names]).T
+
+
+def agreement(grid: np.ndarray) -> tuple[float, ...]:
+    """Return Kendall's tau of the order of the cells with the printed one, (flights,)."""
+    return tuple(float(kendalltau(row, [*TABLE_2.values()]).statistic) for row in grid)
 
 
 def claims_of_table_2(results: Results) -> PaperTable:
@@ -113,15 +118,32 @@ def claims_of_table_2(results: Results) -> PaperTable:
             "p": Cell(None, (float(chance.pvalue),)),
         }
         lines.append(Line(f"{network.name}, {words}", found))
-    taus = tuple(float(kendalltau(row, printed).statistic) for row in grid)
-    lines.append(Line("order of all 16 cells", {"tau": Cell(None, taus)}))
+    lines.append(Line("order of all 16 cells", {"tau": Cell(None, agreement(grid))}))
     columns = (
         Column("rank", "rank of 16", "", 1),
         Column("best", "best in", "% of flights", 0),
-        Column("p", "p", "chance 1/16", 3),
+        Column("p", "p of no more than chance, 1 of 16", "", 3),
         Column("tau", "Kendall's tau with the paper's order", "", 2),
     )
     notes = ("Ranks are by the improvement ratio, 1 the best; the paper's are of one training each.",)
     return PaperTable(
         "claims_table_2", "Claims: the best cell of Table 2", columns, tuple(lines), f"{len(grid)} flights", notes
     )
+
+
+def headlines(results: Results) -> dict[str, Cell]:
+    """Return whether the printed best cell is the best, how far all 16 agree, and how far models are apart."""
+    grid = grid_of(results)
+    best = grid.argmax(axis=1) == [*TABLE_2].index(BEST)
+    out = {
+        "best_cell_is_2tanh": Cell(1.0, tuple(map(float, best))),
+        "grid_kendall_tau": Cell(1.0, agreement(grid)),
+    }
+    for name, better, other in (
+        ("ratio_lstmbp_over_bp", "LSTM-BP", "BP"),
+        ("ratio_lstmbp_over_grubp", "LSTM-BP", "GRU-BP"),
+        ("ratio_lstm_over_bp", "LSTM", "BP"),
+    ):
+        claim = _of_table_3(better, other)
+        out[name] = Cell(claim.published, ratios_of(results, claim.world, better, other))
+    return out

@@ -1,6 +1,7 @@
 """Paper 003 as it is re-run."""
 
 from magsim.papers.paper import Paper
+from magsim.papers.paper_003.claims import headlines
 from magsim.papers.paper_003.pictures import figures
 from magsim.papers.paper_003.tables import tables
 from magsim.papers.paper_003.work import flights, tasks, work
@@ -13,6 +14,7 @@ PAPER = Paper(
     flights,
     tasks,
     work,
+    headlines,
     tables,
     figures,
 )

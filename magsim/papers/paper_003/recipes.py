@@ -13,7 +13,8 @@ much, and what is drawn has no memory."""
 EPOCHS = 100.0
 """Training iterations, as the paper prints them, read as passes over all windows of the training rows."""
 
-QUICK_EPOCHS = 0.05
+QUICK_EPOCHS, QUICK_STEPS = 0.05, 10
+"""Of the quick run: of what is trained as printed, and steps of the networks' preset ``quick``."""
 
 _WINDOWS = {"window": TAPS, "taps": TAPS}
 

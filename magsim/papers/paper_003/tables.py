@@ -29,8 +29,8 @@ _SCORES = (
 """Columns of Table 3, and the benchmark's ratio."""
 
 WORLD_NOTE = (
-    "World: 18 Tolles-Lawson coefficients, drawn for each flight, on the attitude of a drone's flight without the field "
-    "of an aircraft; permanent, induced and eddy part of equal STD, peak to peak on the test rows within what Table 3 "
+    "World: 18 Tolles-Lawson coefficients, drawn for each flight, on the attitude of a drone's flight without a field "
+    "of its own; permanent, induced and eddy part of equal STD, peak to peak on the test rows within what Table 3 "
     "prints (estimates: the paper prints neither coefficients nor flight). 12 to 20 uT are a third of the Earth's "
     "field: no aircraft."
 )
@@ -72,9 +72,9 @@ def _recipe_note(results: Results) -> str:
         "Recipe: as printed 64 recurrent units, 64 and 32 or 128 and 64 tanh units, rate 0.001, "
         f"{EPOCHS:g} iterations, taken as passes over all windows of the first 64 % of the flight{short}. Not printed "
         f"and chosen: Adam, batches of 64, windows of {TAPS} rows (the presets' 50 would take five times as long), "
-        "16 % of the flight for validation, whose best state is kept; 20 inputs: 16 Tolles-Lawson columns, three angles, "
-        "the time; the target is the interference. The last 20 % of the flight are the test, without its first "
-        f"{TAPS - 1} rows: the same rows for every method."
+        "16 % of the flight for validation, whose best state is kept; 20 inputs: 16 Tolles-Lawson columns, three "
+        "angles and the time; the target is the interference. The last 20 % of the flight are the test, without its "
+        f"first {TAPS - 1} rows: the same rows for every method."
     )
 
 

@@ -23,6 +23,7 @@ from magsim.papers.paper_003.recipes import (
     LINEAR,
     PRINTED,
     QUICK_EPOCHS,
+    QUICK_STEPS,
     RECIPES,
     TAPS,
     VARIANTS,
@@ -79,7 +80,7 @@ def _task(number: int, world: str, name: str, effort: Effort) -> Task:
     if RECIPES[name].printed:
         params["epochs"] = QUICK_EPOCHS if effort.quick else EPOCHS
     elif effort.quick and RECIPES[name].preset is not None:
-        params["preset"] = "quick"
+        params |= {"preset": "quick", "steps": QUICK_STEPS}
     if number == 0 and world == "drawn" and name in PRINTED:
         params["curve"] = True
     return Task("judge", (flight,), params, seed=number)
@@ -105,7 +106,9 @@ def _fitted(task: Task, recording: Recording, surroundings: Surroundings) -> Com
     if recipe.method == "noise_floor":
         return None
     params = dict(recipe.params)
-    if recipe.printed:
+    if "steps" in task.params:
+        params["steps"] = task.params["steps"]
+    elif recipe.printed:
         params["steps"] = _steps(recipe, task.params["epochs"], recording)
     method = create(recipe.method, preset=task.params.get("preset", recipe.preset), **params)
     return method.fit(recording, sensor=SENSOR, context=_context(method, task.seed, surroundings))
