@@ -7,9 +7,9 @@ import pytest
 
 from magsim.papers import Effort, Task, run_paper
 from magsim.papers.paper_003 import worlds
+from magsim.papers.paper_003.candidates import TAPS, network_name
 from magsim.papers.paper_003.claims import claims, claims_of_table_2, headlines, sign_test
 from magsim.papers.paper_003.published import BEST, CHOSEN, TABLE_2
-from magsim.papers.paper_003.recipes import TAPS, network_name
 from magsim.papers.paper_003.work import FULL, scores, tasks
 from magsim.recording import Recording
 

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.stats import binomtest, kendalltau, rankdata
 
 from magsim.papers.paper import Results, values_of
+from magsim.papers.paper_003.candidates import network_name
 from magsim.papers.paper_003.published import BEST, CHOSEN, TABLE_1, TABLE_2, TABLE_3
-from magsim.papers.paper_003.recipes import network_name
 from magsim.papers.tables import Cell, Column, Line, PaperTable
 
 SCORE = "ir pp"

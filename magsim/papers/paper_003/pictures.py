@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from magsim.papers.paper import Results, found_of, values_of
+from magsim.papers.paper_003.candidates import PRINTED, network_name
 from magsim.papers.paper_003.published import TABLE_1, TABLE_2, TABLE_3
-from magsim.papers.paper_003.recipes import PRINTED, network_name
 from magsim.plots.spread import Series, curves, spread
 
 if TYPE_CHECKING:

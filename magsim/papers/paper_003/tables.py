@@ -3,9 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from magsim.papers.paper import Results, values_of
-from magsim.papers.paper_003.claims import claims, claims_of_table_2
-from magsim.papers.paper_003.published import TABLE_1, TABLE_2, TABLE_3
-from magsim.papers.paper_003.recipes import (
+from magsim.papers.paper_003.candidates import (
     DEFAULTS,
     EPOCHS,
     FEW,
@@ -16,6 +14,8 @@ from magsim.papers.paper_003.recipes import (
     VARIANTS,
     network_name,
 )
+from magsim.papers.paper_003.claims import claims, claims_of_table_2
+from magsim.papers.paper_003.published import TABLE_1, TABLE_2, TABLE_3
 from magsim.papers.tables import Cell, Column, Line, PaperTable
 
 _SCORES = (

@@ -14,8 +14,8 @@ from magsim.compensation import Compensator, FitContext, create
 from magsim.dataset import training_rows
 from magsim.papers.paper import Effort, Found, PaperFlight, Surroundings, Task
 from magsim.papers.paper_003 import worlds
-from magsim.papers.paper_003.published import TABLE_1
-from magsim.papers.paper_003.recipes import (
+from magsim.papers.paper_003.candidates import (
+    CANDIDATES,
     DEFAULTS,
     EPOCHS,
     FEW,
@@ -24,11 +24,11 @@ from magsim.papers.paper_003.recipes import (
     PRINTED,
     QUICK_EPOCHS,
     QUICK_STEPS,
-    RECIPES,
     TAPS,
     VARIANTS,
-    Recipe,
+    Candidate,
 )
+from magsim.papers.paper_003.published import TABLE_1
 from magsim.papers.paper_003.worlds import SENSOR
 from magsim.recording import Recording
 from magsim.signals import EDGE_S
@@ -77,9 +77,9 @@ def _lines() -> Iterator[tuple[str, Sequence[str]]]:
 def _task(number: int, world: str, name: str, effort: Effort) -> Task:
     flight = f"{'drone' if world == 'physical' else 'path'}_{number:02d}"
     params: dict[str, Any] = {"world": world, "line": name}
-    if RECIPES[name].printed:
+    if CANDIDATES[name].printed:
         params["epochs"] = QUICK_EPOCHS if effort.quick else EPOCHS
-    elif effort.quick and RECIPES[name].preset is not None:
+    elif effort.quick and CANDIDATES[name].preset is not None:
         params |= {"preset": "quick", "steps": QUICK_STEPS}
     if number == 0 and world == "drawn" and name in PRINTED:
         params["curve"] = True
@@ -102,21 +102,21 @@ def work(task: Task, recordings: Sequence[Recording], surroundings: Surroundings
 
 def _fitted(task: Task, recording: Recording, surroundings: Surroundings) -> Compensator | None:
     """Return the fitted method of a task; None for the noise floor."""
-    recipe = RECIPES[task.params["line"]]
-    if recipe.method == "noise_floor":
+    candidate = CANDIDATES[task.params["line"]]
+    if candidate.method == "noise_floor":
         return None
-    params = dict(recipe.params)
+    params = dict(candidate.params)
     if "steps" in task.params:
         params["steps"] = task.params["steps"]
-    elif recipe.printed:
-        params["steps"] = _steps(recipe, task.params["epochs"], recording)
-    method = create(recipe.method, preset=task.params.get("preset", recipe.preset), **params)
+    elif candidate.printed:
+        params["steps"] = _steps(candidate, task.params["epochs"], recording)
+    method = create(candidate.method, preset=task.params.get("preset", candidate.preset), **params)
     return method.fit(recording, sensor=SENSOR, context=_context(method, task.seed, surroundings))
 
 
-def _steps(recipe: Recipe, epochs: float, recording: Recording) -> int:
+def _steps(candidate: Candidate, epochs: float, recording: Recording) -> int:
     """Return the optimizer steps of so many passes over the windows of the training rows."""
-    batch = create(recipe.method, preset=recipe.preset, **recipe.params).get_params()["batch"]
+    batch = create(candidate.method, preset=candidate.preset, **candidate.params).get_params()["batch"]
     return math.ceil(epochs * training_rows([recording], SENSOR).rows["train"] / batch)
 
 

@@ -20,7 +20,7 @@ _WINDOWS = {"window": TAPS, "taps": TAPS}
 
 
 @dataclass(frozen=True)
-class Recipe:
+class Candidate:
     """A method as it is fitted.
 
     Attributes
@@ -40,17 +40,17 @@ class Recipe:
     printed: bool = False
 
 
-def _recurrent(method: str, **params: Any) -> Recipe:
-    return Recipe(method, "paper", {**_WINDOWS, **params}, printed=True)
+def _recurrent(method: str, **params: Any) -> Candidate:
+    return Candidate(method, "paper", {**_WINDOWS, **params}, printed=True)
 
 
 def network_name(network: Network) -> str:
-    """Return the name of the recipe of a cell of Table 2: the paper's choice is its LSTM-BP."""
+    """Return the name of the candidate of a cell of Table 2: the paper's choice is its LSTM-BP."""
     return "LSTM-BP" if network == CHOSEN else f"LSTM-BP {network.name}"
 
 
-def _cell(network: Network) -> Recipe:
-    """Return the recipe of a cell of Table 2."""
+def _cell(network: Network) -> Candidate:
+    """Return the candidate of a cell of Table 2."""
     return _recurrent(
         "lstm_bp",
         layers=network.lstm_layers,
@@ -60,40 +60,40 @@ def _cell(network: Network) -> Recipe:
     )
 
 
-PRINTED: Mapping[str, Recipe] = {
+PRINTED: Mapping[str, Candidate] = {
     "LSTM-BP": _recurrent("lstm_bp"),
     "GRU-BP": _recurrent("gru_bp"),
     "LSTM": _recurrent("lstm"),
-    "BP": Recipe("bp", "paper003", printed=True),
+    "BP": Candidate("bp", "paper003", printed=True),
 }
 """The models of Table 3, in its order."""
 
-GRID: Mapping[str, Recipe] = {
+GRID: Mapping[str, Candidate] = {
     network_name(network): _cell(network) for network in TABLE_2 if network_name(network) not in PRINTED
 }
 """The cells of Table 2 but the paper's choice."""
 
-VARIANTS: Mapping[str, Recipe] = {
+VARIANTS: Mapping[str, Candidate] = {
     "LSTM-BP on T-L": _recurrent("lstm_bp", first_stage="tl18", stage_band="broad"),
     "LSTM-BP without time": _recurrent("lstm_bp", inputs=("tl16", "angles")),
 }
 """Readings of the paper: the network on what Tolles-Lawson leaves, and without the input that a test lies beyond."""
 
-DEFAULTS: Mapping[str, Recipe] = {
-    f"{name}, default": Recipe(method, "default")
+DEFAULTS: Mapping[str, Candidate] = {
+    f"{name}, default": Candidate(method, "default")
     for name, method in (("LSTM-BP", "lstm_bp"), ("GRU-BP", "gru_bp"), ("LSTM", "lstm"), ("BP", "bp"))
 }
 
-LINEAR: Mapping[str, Recipe] = {
-    "tl16": Recipe("tl16"),
-    "tl16, broadband": Recipe("tl16", None, {"band": "broad"}),
-    "tl18, broadband": Recipe("tl18", None, {"band": "broad"}),
-    "T-L with auxiliary columns": Recipe("tl16_auxiliary"),
-    "exact_norm (ours)": Recipe("exact_norm"),
-    "noise floor": Recipe("noise_floor"),
+LINEAR: Mapping[str, Candidate] = {
+    "tl16": Candidate("tl16"),
+    "tl16, broadband": Candidate("tl16", None, {"band": "broad"}),
+    "tl18, broadband": Candidate("tl18", None, {"band": "broad"}),
+    "T-L with auxiliary columns": Candidate("tl16_auxiliary"),
+    "exact_norm (ours)": Candidate("exact_norm"),
+    "noise floor": Candidate("noise_floor"),
 }
 
-RECIPES: Mapping[str, Recipe] = {**PRINTED, **GRID, **VARIANTS, **DEFAULTS, **LINEAR}
+CANDIDATES: Mapping[str, Candidate] = {**PRINTED, **GRID, **VARIANTS, **DEFAULTS, **LINEAR}
 
 FEW: tuple[str, ...] = ("tl16, broadband", "tl18, broadband", "noise floor")
 """Of the added ones those that stand below Table 1."""
