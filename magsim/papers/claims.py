@@ -21,12 +21,15 @@ class Claim:
     published : float, optional
         The ratio that the paper prints, or that follows from what it prints.
     remark : str
+    added : bool
+        Not of the paper: stands below its claims.
     """
 
     name: str
     ratios: tuple[float, ...]
     published: float | None = None
     remark: str = ""
+    added: bool = False
 
     @property
     def share(self) -> float:
@@ -67,6 +70,7 @@ def claims_table(claims: Sequence[Claim], over: str, notes: tuple[str, ...] = ()
                 "p": Cell(None, (claim.p_value,)),
             },
             claim.remark,
+            claim.added,
         )
         for claim in claims
     ]

@@ -25,7 +25,9 @@ def test_flights_in_which_both_are_equal_say_nothing():
 
 
 def test_claims_are_a_table():
-    table = claims_table([Claim("a over b", ratios((4.0, 9.0), (2.0, 10.0)), 1.5, "why")], "2 flights")
+    found = [Claim("a over b", ratios((4.0, 9.0), (2.0, 10.0)), 1.5, "why"), Claim("elsewhere", (1.0,), added=True)]
+    table = claims_table(found, "2 flights")
+    assert [line.added for line in table.lines] == [False, True]
     assert table.cell("a over b", "ratio").found == (2.0, 0.9)
     assert table.cell("a over b", "ratio").published == 1.5
     assert table.cell("a over b", "share").found == (50.0,)

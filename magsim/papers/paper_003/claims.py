@@ -1,11 +1,9 @@
 """What paper 003 claims, tested over flights: which model is above which, which cell of its grid is best."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 from scipy.stats import binomtest, kendalltau, rankdata
 
+from magsim.papers.claims import Claim, claims_table, ratios
 from magsim.papers.paper import Results, values_of
 from magsim.papers.paper_003.candidates import network_name
 from magsim.papers.paper_003.published import BEST, CHOSEN, TABLE_1, TABLE_2, TABLE_3
@@ -14,81 +12,38 @@ from magsim.papers.tables import Cell, Column, Line, PaperTable
 SCORE = "ir pp"
 """What the paper ranks by."""
 
-
-class Claim(NamedTuple):
-    """One model above another in a world, and the ratio of their printed improvement ratios."""
-
-    world: str
-    better: str
-    other: str
-    published: float
-
-    @property
-    def text(self) -> str:
-        """The claim in words."""
-        return f"{self.world}: {self.better} > {self.other}"
-
-
-def _of_table_1(world: str, better: str, other: str) -> Claim:
-    return Claim(world, better, other, TABLE_1[better][world] / TABLE_1[other][world])
-
-
-def _of_table_3(better: str, other: str) -> Claim:
-    return Claim("drawn", better, other, TABLE_3[better][SCORE] / TABLE_3[other][SCORE])
-
-
-CLAIMS: tuple[Claim, ...] = (
-    _of_table_1("static", "LSTM-BP", "BP"),
-    _of_table_1("static", "BP", "LSTM"),
-    _of_table_1("dynamic", "LSTM-BP", "LSTM"),
-    _of_table_1("dynamic", "LSTM", "BP"),
-    _of_table_3("LSTM-BP", "GRU-BP"),
-    _of_table_3("GRU-BP", "LSTM"),
-    _of_table_3("LSTM", "BP"),
-    _of_table_3("LSTM-BP", "BP"),
+IN_TABLE_1 = (
+    ("static", "LSTM-BP", "BP"),
+    ("static", "BP", "LSTM"),
+    ("dynamic", "LSTM-BP", "LSTM"),
+    ("dynamic", "LSTM", "BP"),
 )
-"""Those of Table 1 and of Table 3, in the paper's order of models."""
+"""World, the better model, the other one: those next to each other in the paper's ranking."""
+
+IN_TABLE_3 = (("LSTM-BP", "GRU-BP"), ("GRU-BP", "LSTM"), ("LSTM", "BP"), ("LSTM-BP", "BP"))
+"""Neighbors in the paper's ranking, and its first and last."""
 
 
-def sign_test(ratios: Sequence[float]) -> float:
-    """Return the two-sided p-value of the exact sign test that ratios are as often above 1 as below."""
-    return float(binomtest(sum(ratio > 1.0 for ratio in ratios), len(ratios), 0.5).pvalue)
-
-
-def ratios_of(results: Results, world: str, better: str, other: str) -> tuple[float, ...]:
-    """Return the improvement ratio of one model over that of another, flight by flight."""
-    pairs = zip(
-        values_of(results, SCORE, "judge", world=world, line=better),
-        values_of(results, SCORE, "judge", world=world, line=other),
-        strict=True,
-    )
-    return tuple(own / theirs for own, theirs in pairs)
+def compared(results: Results, world: str, better: str, other: str) -> Claim:
+    """Return the claim that one model is above another in a world; ``physical`` is not the paper's."""
+    found = ratios(*(values_of(results, SCORE, "judge", world=world, line=line) for line in (better, other)))
+    published: float | None = None
+    if world == "drawn":
+        published = TABLE_3[better][SCORE] / TABLE_3[other][SCORE]
+    elif world != "physical":
+        published = TABLE_1[better][world] / TABLE_1[other][world]
+    return Claim(f"{world}: {better} > {other}", found, published, added=world == "physical")
 
 
 def claims(results: Results) -> PaperTable:
-    """Return which model is above which, in the paper's world and for an aircraft."""
-    physical = [Claim("physical", claim.better, claim.other, 0.0) for claim in CLAIMS if claim.world == "drawn"]
-    lines = []
-    for claim in (*CLAIMS, *physical):
-        found = ratios_of(results, claim.world, claim.better, claim.other)
-        cells = {
-            "ratio": Cell(claim.published or None, found),
-            "holds": Cell(None, (100.0 * float(np.mean(np.array(found) > 1.0)),)),
-            "p": Cell(None, (sign_test(found),)),
-        }
-        lines.append(Line(claim.text, cells, added=claim.world == "physical"))
-    columns = (
-        Column("ratio", "ratio of their IR", "", 2),
-        Column("holds", "holds in", "% of flights", 0),
-        Column("p", "p of the sign test", "", 3),
-    )
+    """Return which model is above which, in the paper's worlds and for an aircraft."""
+    found = [compared(results, *names) for names in IN_TABLE_1]
+    found += [compared(results, world, *names) for world in ("drawn", "physical") for names in IN_TABLE_3]
     note = (
-        "Published ratios are computed from the IR that Tables 1 and 3 print. Table 3 has another 'before' for each "
-        "model: its test segments differ, so that its own rows cannot be compared."
+        "Ratios are of improvement ratios; the published ones are computed from what Tables 1 and 3 print. Table 3 has "
+        "another 'before' for each model: its test segments differ, so that its own rows cannot be compared."
     )
-    return PaperTable(
-        "claims", "Claims: which model is above which", columns, tuple(lines), f"{len(found)} flights", (note,)
-    )
+    return claims_table(found, f"{len(found[0].ratios)} flights", (note,))
 
 
 def grid_of(results: Results) -> np.ndarray:
@@ -144,6 +99,6 @@ def headlines(results: Results) -> dict[str, Cell]:
         ("ratio_lstmbp_over_grubp", "LSTM-BP", "GRU-BP"),
         ("ratio_lstm_over_bp", "LSTM", "BP"),
     ):
-        claim = _of_table_3(better, other)
-        out[name] = Cell(claim.published, ratios_of(results, claim.world, better, other))
+        claim = compared(results, "drawn", better, other)
+        out[name] = Cell(claim.published, claim.ratios)
     return out

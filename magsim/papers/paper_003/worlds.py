@@ -12,6 +12,7 @@ import numpy as np
 
 from magsim import columns
 from magsim.compensation.columns.tolles_lawson import term_groups, tolles_lawson_columns
+from magsim.papers.rows import TEST, TRAIN, VALID, split_as
 from magsim.recording import Recording
 from magsim.streams import stream
 
@@ -47,13 +48,10 @@ def split_by_time(recording: Recording) -> Recording:
     """Return a recording whose last fifth is the test, and the last fifth of the rows before it for validation."""
     count = len(recording)
     test = count - round(TEST_SHARE * count)
-    split = np.zeros(count)
-    split[test - round(VALID_SHARE * test) :] = _CODES["valid"]
-    split[test:] = _CODES["test"]
-    return replace(recording, data={**recording.data, columns.SPLIT.pattern: split})
-
-
-_CODES = {word: code for code, word in columns.SPLITS.items()}
+    split = np.full(count, TRAIN)
+    split[test - round(VALID_SHARE * test) :] = VALID
+    split[test:] = TEST
+    return split_as(recording, split)
 
 
 def background_of(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
