@@ -7,6 +7,7 @@ from magsim.errors import RequestError
 from magsim.papers.paper import Paper
 
 _MODULES: Mapping[str, str] = {
+    "000": "magsim.papers.paper_000",
     "001": "magsim.papers.paper_001",
     "002": "magsim.papers.paper_002",
     "003": "magsim.papers.paper_003.paper",
