@@ -19,12 +19,12 @@ Scores = Callable[[str], tuple[float, ...]]
 
 NOTES = (
     (
-        "The paper's order is MagTCN, ResNet, T-L, BPNN, WilliamsNN, of one run each. Ratios are of improvement ratios of "
-        "circuit 2 against truth."
+        "The paper's order is MagTCN, ResNet, T-L, BPNN, WilliamsNN, of one run each. Ratios are of improvement ratios "
+        "of circuit 2 against truth."
     ),
     (
-        "Training against structure: with T-L first, by their presets default, the same kinds of networks, of other sizes, "
-        "learn what Tolles-Lawson leaves."
+        "Training against structure: with T-L first, by their presets default, the same kinds of networks, of other "
+        "sizes, learn what Tolles-Lawson leaves."
     ),
 )
 

@@ -51,10 +51,10 @@ PART: Mapping[str, Recipe] = {"resnet": Recipe(4, 400, 4), "magtcn": Recipe(4, 1
 """On a CPU; each validation of ResNet costs as much as 40 steps."""
 
 QUICK: Mapping[str, Recipe] = {
-    "williams": Recipe(32, 200, 20),
-    "bpnn": Recipe(32, 200, 20),
-    "resnet": Recipe(4, 40, 4),
-    "magtcn": Recipe(4, 40, 4),
+    "williams": Recipe(16, 80, 4),
+    "bpnn": Recipe(16, 80, 4),
+    "resnet": Recipe(4, 12, 4),
+    "magtcn": Recipe(4, 12, 4),
 }
 
 SMALL: Mapping[str, Mapping[str, object]] = {

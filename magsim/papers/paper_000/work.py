@@ -36,7 +36,7 @@ def tasks(effort: Effort) -> list[Task]:
     flights = [(name,) for name in worlds.simulated(effort)]
     few = flights[: max(1, len(flights) // 3)]
     lines = worlds.lines(effort)
-    limit_s = 0.5 if effort.quick else 30.0
+    limit_s = 0.2 if effort.quick else 30.0
     out = [_closed(method, names, worlds.SIMULATED) for method, names in product(CLOSED, flights)]
     out += [_closed(method, names, worlds.LINES) for method, names in product(CLOSED, lines)]
     out += [Task("cost", flights[0], {"network": network, "limit_s": limit_s}) for network in NETWORKS]
