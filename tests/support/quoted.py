@@ -216,6 +216,7 @@ CITED = (
     # paper 000, table 2: STD after T-L and MagTCN; 1.320 nT times 12.276, the ratio of its worst method, before
     r"prints 0\.037 nT after Tolles-Lawson and 0\.024 nT after MagTCN; before compensation it is 16\.2 nT",
     r"section 3\.1\.1",
+    r"section 3\.1\.2",
     # paper 001, section 3.1, tables 1 and 2
     r"Appl\. Sci\. 12 \(2022\) 10759, section 3\.1\.",
     r"STD of 2\.11 to 2\.33 nT; after a linear fit of the other flight 0\.36 \(least squares\)",
@@ -235,6 +236,8 @@ NAMES = (
     r"tl16_gradient:\S+",
     r"[Pp]aper \d{3}",
     r"with 16 terms",
+    r"lines? 1002\.02( and 1002\.20)?|lines 1002\.20 and 1006\.06|line 1006\.06",
+    r"scalar magnetometer 5",
     r"circuit \d|of circuit \d",
     r"Circuits are counted on: 1 is the box, 2 the cloverleaf, 3 the line",
     r"\(1 - cos\) / 2",

@@ -27,7 +27,7 @@ CHANNELS = ("tl16", "angles", "currents", "voltages")
 
 
 @dataclass(frozen=True)
-class Recipe:
+class TrainingRecipe:
     """Windows of a step, steps of the whole training, and validations."""
 
     batch: int
@@ -45,16 +45,16 @@ class Recipe:
         return self.steps // self.validations
 
 
-WHOLE = Recipe(256, 3500)
+WHOLE = TrainingRecipe(256, 3500)
 
-PART: Mapping[str, Recipe] = {"resnet": Recipe(4, 400, 4), "magtcn": Recipe(4, 100, 20)}
+PART: Mapping[str, TrainingRecipe] = {"resnet": TrainingRecipe(4, 400, 4), "magtcn": TrainingRecipe(4, 100, 20)}
 """On a CPU; each validation of ResNet costs as much as 40 steps."""
 
-QUICK: Mapping[str, Recipe] = {
-    "williams": Recipe(16, 80, 4),
-    "bpnn": Recipe(16, 80, 4),
-    "resnet": Recipe(4, 12, 4),
-    "magtcn": Recipe(4, 12, 4),
+QUICK: Mapping[str, TrainingRecipe] = {
+    "williams": TrainingRecipe(16, 80, 4),
+    "bpnn": TrainingRecipe(16, 80, 4),
+    "resnet": TrainingRecipe(4, 12, 4),
+    "magtcn": TrainingRecipe(4, 12, 4),
 }
 
 SMALL: Mapping[str, Mapping[str, object]] = {
@@ -66,14 +66,16 @@ SMALL: Mapping[str, Mapping[str, object]] = {
 """Sizes in the quick run, where they are not the paper's."""
 
 
-def recipe_of(network: str, effort: Effort) -> Recipe:
+def recipe_of(network: str, effort: Effort) -> TrainingRecipe:
     """Return how long a network is trained by the paper's recipe."""
     if effort.quick:
         return QUICK[network]
     return PART.get(network, WHOLE) if effort.device == "cpu" else WHOLE
 
 
-def settings_of(network: str, recipe: Recipe, training: Training, *, small: bool, channels: bool) -> dict[str, object]:
+def settings_of(
+    network: str, recipe: TrainingRecipe, training: Training, *, small: bool, channels: bool
+) -> dict[str, object]:
     """Return the parameters of a network by its preset ``paper``, with the length of a recipe.
 
     Where the network is taught Tolles-Lawson first, its weight falls with the epoch, of which there are 200 whatever

@@ -16,7 +16,7 @@ from magsim.papers.paper import Effort, Found, Surroundings, Task
 from magsim.papers.paper_000 import worlds
 from magsim.papers.paper_000.clean import CleanField
 from magsim.papers.paper_000.published import EPOCHS, NETWORKS
-from magsim.papers.paper_000.recipes import Recipe, by_recipe, recipe_of, settings_of
+from magsim.papers.paper_000.recipes import TrainingRecipe, by_recipe, recipe_of, settings_of
 from magsim.recording import Recording
 
 CLOSED = ("none", "tl16", "tl16_auxiliary", "exact_norm", NOISE_FLOOR)
@@ -87,7 +87,7 @@ def work(task: Task, recordings: Sequence[Recording], surroundings: Surroundings
         return _scores(method, recordings, parts)
     context = FitContext(task.seed, checkpoint=surroundings.folder, device=surroundings.device)
     training = training_rows(_learned(recordings))
-    recipe = Recipe(task.params["batch"], task.params["steps"], task.params["validations"])
+    recipe = TrainingRecipe(task.params["batch"], task.params["steps"], task.params["validations"])
     channels = task.params["world"] == worlds.LINES
     settings = settings_of(task.params["network"], recipe, training, small=task.params["small"], channels=channels)
     trained = by_recipe(task.params["network"], settings, clean=task.params["output"] == "clean field")
