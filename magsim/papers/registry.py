@@ -8,9 +8,10 @@ from magsim.papers.paper import Paper
 
 _MODULES: Mapping[str, str] = {
     "000": "magsim.papers.paper_000",
-    "001": "magsim.papers.paper_001",
+    "001": "magsim.papers.paper_001.paper",
     "002": "magsim.papers.paper_002",
     "003": "magsim.papers.paper_003.paper",
+    "004": "magsim.papers.paper_004.paper",
 }
 """Module of each paper, with its ``PAPER``."""
 

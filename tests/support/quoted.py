@@ -225,6 +225,9 @@ CITED = (
     # paper 002, sections 2 and 3
     r"another section of the paper gives 1500 m",
     r"disturb by about 5 nT",
+    # paper 004, landing page and Table 6
+    r"J\. Geod\. Geoinf\. Sci\. 2021, 4\(4\), 74-83",
+    r"STD of the raw data, (?:17\.8126|41\.1538|191\.8949|118\.0897) nT",
     # MIL-F-8785C: classes of turbulence, and the height of the wind that makes it
     r"\d calm|\d light|\d(?: to \d)? moderate|\d severe|\d extreme",
     r"at 6 m above the ground",

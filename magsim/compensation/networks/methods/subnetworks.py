@@ -4,14 +4,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
 from torch import nn
 
 from magsim.compensation.networks.compensator import NetworkCompensator
 from magsim.compensation.networks.methods.perceptrons import PRINTED
 from magsim.compensation.networks.modules.branches import AddedBranches, Branch
+from magsim.compensation.networks.modules.committee import Committee
 from magsim.compensation.networks.parts import Part, places, refuse
 from magsim.compensation.networks.settings import Count, Inputs, NetworkSettings, Optimizer, Weight
 from magsim.errors import RequestError
+from magsim.recording import Recording
+from magsim.training import reproducible
 
 NETS: Mapping[str, tuple[Part, bool]] = {
     "Z1": ("time", False),
@@ -91,3 +95,27 @@ class SubnetworksCompensator(NetworkCompensator):
             msg = "inputs: subnetworks subtracts what Tolles-Lawson columns explain; allowed: inputs with tl16 or tl18"
             raise RequestError(msg)
         return AddedBranches(branches, taps)
+
+    def parts(self, recording: Recording) -> dict[str, np.ndarray]:
+        """Return what each sub-network makes of a recording, (n,) [nT] by name, NaN in the warm-up.
+
+        Z3 to Z5 add up to the estimate, less its constant and what a first stage explains; the others are the Earth's
+        field, less a constant.
+
+        Raises
+        ------
+        RequestError
+            If the method is not fitted, or a column is missing.
+        """
+        self.check_fitted()
+        self._require(recording)
+        fitted = self._fitted
+        inputs = fitted.inputs(recording.blind(self.requires))
+        module = fitted.module
+        members = list(module.members) if isinstance(module, Committee) else [module]
+        found = {}
+        with reproducible(self.settings.threads):
+            for name in members[0].columns:
+                outputs = [fitted.output(member.alone(name), inputs, recording.time_s) for member in members]
+                found[name] = fitted.gain_nt * np.mean(outputs, axis=0)
+        return found

@@ -63,6 +63,10 @@ class AddedBranches(nn.Module):
         """Return the platform's part of ``forward``."""
         return self._sum(x, self.platform_branches)
 
+    def alone(self, name: str) -> nn.Module:
+        """Return one branch as a network of its own, on the same windows; it shares the weights."""
+        return _Alone(self, name)
+
     def _sum(self, x: Tensor, names: tuple[str, ...]) -> Tensor:
         # (B, M, K, taps): the taps of each output, the oldest first
         taps = x.unfold(2, self.taps, 1)
@@ -75,6 +79,17 @@ class AddedBranches(nn.Module):
             assert isinstance(perceptron, nn.Sequential)
             for parameter in perceptron[-1].parameters():
                 nn.init.zeros_(parameter)
+
+
+class _Alone(nn.Module):
+    """One branch of a sum."""
+
+    def __init__(self, whole: AddedBranches, name: str) -> None:
+        super().__init__()
+        self.whole, self.branch = whole, name
+
+    def forward(self, x: Tensor) -> Tensor:
+        return self.whole._sum(x, (self.branch,))
 
 
 def _perceptron(inputs: int, hidden: int) -> nn.Sequential:

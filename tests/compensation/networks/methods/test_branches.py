@@ -117,3 +117,15 @@ def test_a_causal_resnet_needs_a_head_for_each_row_and_rows_to_reach_back():
 def test_a_causal_magtcn_sees_no_whole_window(settings, message):
     with pytest.raises(RequestError, match=message):
         create("magtcn", causal=True, **settings).settings.check()
+
+
+def test_subnetworks_tell_what_each_of_them_makes():
+    """Those of the aircraft add up to the estimate but for a constant, and those of the field are beside it."""
+    recording = calibration(World())
+    method = create("subnetworks", preset="paper", steps=2, every=1).fit(recording)
+    parts = method.parts(recording)
+    assert [*parts] == ["Z1", "Z2", "Z3", "Z4", "Z5", "Z6"]
+    rest = method.interference(recording) - parts["Z3"] - parts["Z4"] - parts["Z5"]
+    assert np.isnan(rest[:2]).all()
+    np.testing.assert_allclose(rest[2:], rest[2], atol=1e-4)
+    assert min(np.std(parts[name][2:]) for name in ("Z1", "Z2", "Z6")) > 0.0
