@@ -1,12 +1,12 @@
 """Paper 004 as it is re-run: Table 6, what the nets of the field find, the claims."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from magsim.papers.claims import Claim, claims_table, ratios
 from magsim.papers.paper import Paper, Results, values_of
-from magsim.papers.paper_004.published import TABLE_6, Printed
+from magsim.papers.paper_004.published import TABLE_6, Experiment
 from magsim.papers.paper_004.work import FIELD_NETS, METHODS, flights, tasks, work
 from magsim.papers.tables import Cell, Column, Line, PaperTable
 
@@ -49,7 +49,7 @@ NOTES = (
     (
         "STD of circuit 2, learned on circuit 1, unfiltered, without mean, of the reading less the change of the model "
         "field along the flight. The paper's landing page does not say what its STD is of, nor which rows it learns "
-        "and judges: the learned circuit stands beside. Under all, what the nets of the field explain is taken off too; "
+        "and judges: the learned circuit stands beside. Under all, what the nets of the field explain is taken off; "
         "STD, aircraft alone subtracts Z3 to Z5 of the same nets and no more."
     ),
     (
@@ -68,7 +68,7 @@ def _over(results: Results) -> str:
     return f"{count} flights of each experiment" if count > 1 else "1 flight of each experiment"
 
 
-def _left(printed: Printed, method: str) -> float | None:
+def _left(printed: Experiment, method: str) -> float | None:
     return getattr(printed, method) if method in PAPERS else None
 
 
@@ -143,7 +143,7 @@ def claims(results: Results) -> PaperTable:
     return claims_table(found, _over(results), (note,))
 
 
-def _mean_ratio(rows: list[tuple[float, ...]]) -> tuple[float, ...]:
+def _mean_ratio(rows: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
     """Return the geometric mean over the experiments, flight by flight."""
     return tuple(math.exp(sum(map(math.log, flight)) / len(flight)) for flight in zip(*rows, strict=True))
 

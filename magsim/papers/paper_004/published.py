@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 
-class Printed(NamedTuple):
+class Experiment(NamedTuple):
     """A row of Table 6: STD [nT] of the raw data and of what each method leaves."""
 
     raw: float
@@ -19,10 +19,10 @@ class Printed(NamedTuple):
         return math.sqrt(self.aircraft**2 - self.all_nets**2)
 
 
-TABLE_6: Mapping[str, Printed] = {
-    "UAV2": Printed(17.8126, 1.1256, 0.9324, 0.5004),
-    "UAV3": Printed(41.1538, 0.7028, 0.4856, 0.4855),
-    "SCSS1": Printed(191.8949, 23.0391, 0.7030, 0.6018),
-    "SCSS2": Printed(118.0897, 45.7260, 5.6801, 1.0443),
+TABLE_6: Mapping[str, Experiment] = {
+    "UAV2": Experiment(17.8126, 1.1256, 0.9324, 0.5004),
+    "UAV3": Experiment(41.1538, 0.7028, 0.4856, 0.4855),
+    "SCSS1": Experiment(191.8949, 23.0391, 0.7030, 0.6018),
+    "SCSS2": Experiment(118.0897, 45.7260, 5.6801, 1.0443),
 }
 """By the code of the experiment."""

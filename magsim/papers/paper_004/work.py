@@ -21,7 +21,7 @@ FIELD_NETS = ("Z1", "Z2", "Z6")
 """Of the Earth's field: time, position, and their changes."""
 
 
-class Method(NamedTuple):
+class Chosen(NamedTuple):
     """How a method is made."""
 
     name: str
@@ -29,14 +29,14 @@ class Method(NamedTuple):
     settings: Mapping[str, object] = {}
 
 
-METHODS: Mapping[str, Method | None] = {
-    "least_squares": Method("tl16_measured", settings={"solver": "least_squares"}),
-    "aircraft": Method("subnetworks", "paper", {"inputs": ("tl16",)}),
-    "all_nets": Method("subnetworks", "paper"),
-    "least_squares_broad": Method("tl16", settings={"solver": "least_squares", "band": "broad"}),
-    "default": Method("subnetworks", "default"),
-    "tl16_auxiliary": Method("tl16_auxiliary"),
-    "exact_norm": Method("exact_norm"),
+METHODS: Mapping[str, Chosen | None] = {
+    "least_squares": Chosen("tl16_measured", settings={"solver": "least_squares"}),
+    "aircraft": Chosen("subnetworks", "paper", {"inputs": ("tl16",)}),
+    "all_nets": Chosen("subnetworks", "paper"),
+    "least_squares_broad": Chosen("tl16", settings={"solver": "least_squares", "band": "broad"}),
+    "default": Chosen("subnetworks", "default"),
+    "tl16_auxiliary": Chosen("tl16_auxiliary"),
+    "exact_norm": Chosen("exact_norm"),
     "noise_floor": None,
 }
 """The paper's three first; None is the label itself."""

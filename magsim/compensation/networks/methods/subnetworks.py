@@ -112,10 +112,11 @@ class SubnetworksCompensator(NetworkCompensator):
         fitted = self._fitted
         inputs = fitted.inputs(recording.blind(self.requires))
         module = fitted.module
-        members = list(module.members) if isinstance(module, Committee) else [module]
+        members = module.members if isinstance(module, Committee) else [module]
+        nets = [one for one in members if isinstance(one, AddedBranches)]
         found = {}
         with reproducible(self.settings.threads):
-            for name in members[0].columns:
-                outputs = [fitted.output(member.alone(name), inputs, recording.time_s) for member in members]
+            for name in nets[0].columns:
+                outputs = [fitted.output(net.alone(name), inputs, recording.time_s) for net in nets]
                 found[name] = fitted.gain_nt * np.mean(outputs, axis=0)
         return found
