@@ -1,7 +1,7 @@
 """How the networks of paper 000 are trained: its recipe, as far as it can be run where it is run.
 
 The recipe is Adam at 1e-3 on batches of 256 windows of 320 rows, 200 epochs of windows at every offset: 3500 steps for
-the three legs that are learned here. WilliamsNN and BPNN take all of it. On a CPU ResNet and MagTCN would take a day
+the circuit that is learned. WilliamsNN and BPNN take all of it. On a CPU ResNet and MagTCN would take a day
 and days for each flight, so they take 200 epochs of fewer windows there, and the whole recipe on a GPU alone.
 """
 
