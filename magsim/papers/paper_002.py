@@ -98,9 +98,9 @@ def _gains(results: Results, method: str, base: str, score: str) -> tuple[float,
 
 def _figure_6(results: Results) -> PaperTable:
     remarks = {
-        "N = 3": "the paper's 6 % is over no gradient at all, in its own score, of one flight; here the gain shows "
-        "against truth, and is within its spread in that score, which counts what of the field lies above 0.03 Hz "
-        "as interference",
+        "N = 3": "the paper's 6 % is of one flight, in a score that counts what of the ground's field lies above "
+        "0.03 Hz as interference; even a perfect compensator gains little in it here, and the gain shows against "
+        "truth alone",
         "N = 0": "height alone: the paper does not say whether its N = 0 has it",
     }
     lines = []
