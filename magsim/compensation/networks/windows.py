@@ -9,8 +9,11 @@ from torch import Tensor, nn
 from magsim.signals import spans
 from magsim.training import overlap_add, starts_of
 
-BATCH, LONG_BATCH = 256, 16
-"""Windows at once, where each gives its last sample and where it gives many."""
+BATCH = 16
+"""Windows at once. Measured: 256 windows of a wide ResNet leave the processor's cache, and take 2.4 times as long."""
+
+DEVICE_BATCH = 256
+"""The same on a device with memory of its own."""
 
 
 def platform_of(module: nn.Module) -> Callable[[Tensor], Tensor]:
@@ -67,15 +70,17 @@ def apply_network(
         if context is None:
             out[span] = overlap_add(outputs, piece, length=window, stride=stride)
         elif len(piece) >= context:
-            out[span.start + context - 1 : span.stop] = _ends(outputs, piece, min(window, len(piece)), context)
+            batch = BATCH if device is None or device.type == "cpu" else DEVICE_BATCH
+            out[span.start + context - 1 : span.stop] = _ends(outputs, piece, min(window, len(piece)), context, batch)
     return out
 
 
-def _ends(outputs: Callable[[np.ndarray], np.ndarray], piece: np.ndarray, window: int, context: int) -> np.ndarray:
+def _ends(
+    outputs: Callable[[np.ndarray], np.ndarray], piece: np.ndarray, window: int, context: int, batch: int
+) -> np.ndarray:
     """Return the outputs of a piece from row ``context - 1`` on, from windows side by side."""
     told = window - context + 1
     starts = np.array(starts_of(len(piece), window, told))
-    batch = BATCH if told == 1 else LONG_BATCH
     out = np.empty(len(piece) - context + 1)
     for i in range(0, len(starts), batch):
         rows = starts[i : i + batch, None] + np.arange(window)

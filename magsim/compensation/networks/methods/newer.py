@@ -116,12 +116,13 @@ class WaveletBiLSTMSettings(NetworkSettings):
 
     hidden: Count = 8
     layers: Count = 1
-    levels: Count = 4
+    levels: Count = 2
     inputs: Inputs = ("tl16",)
     window: Count = 160
-    steps: Count = 200
-    learning_rate: Rate = 1e-2
-    every: Count = 25
+    batch: Count = 32
+    steps: Count = 400
+    learning_rate: Rate = 1.87e-2
+    every: Count = 50
 
 
 class WaveletBiLSTMCompensator(NetworkCompensator):

@@ -32,12 +32,12 @@ class WilliamsSettings(NetworkSettings):
     """
 
     mode: Literal["tl", "field"] = "tl"
-    hidden: Count = 8
-    taps: Count = 1
+    hidden: Count = 16
+    taps: Count = 3
     inputs: Inputs = ("tl16",)
     optimizer: Optimizer = "lm"
     band_weight: Weight = 10.0
-    steps: Count = 30
+    steps: Count = 60
     every: Count = 1
     patience: Count = 8
 
