@@ -47,7 +47,7 @@ class TrainingRecipe:
 
 WHOLE = TrainingRecipe(256, 3500)
 
-PART: Mapping[str, TrainingRecipe] = {"resnet": TrainingRecipe(4, 400, 4), "magtcn": TrainingRecipe(4, 100, 20)}
+PART: Mapping[str, TrainingRecipe] = {"resnet": TrainingRecipe(4, 400, 4), "magtcn": TrainingRecipe(4, 600, 20)}
 """On a CPU; each validation of ResNet costs as much as 40 steps."""
 
 QUICK: Mapping[str, TrainingRecipe] = {

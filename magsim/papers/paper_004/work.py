@@ -47,14 +47,14 @@ def flights(effort: Effort) -> list[PaperFlight]:
     return [
         PaperFlight(f"{code.lower()}_{number:02d}", f"papers/004_{code.lower()}", (f"seed={1000 + number}",))
         for code in TABLE_6
-        for number in range(effort.count(12, 1))
+        for number in range(effort.count(8, 1))
     ]
 
 
 def tasks(effort: Effort) -> list[Task]:
     """Return the fit of each method to each flight."""
     out = []
-    for number in range(effort.count(12, 1)):
+    for number in range(effort.count(8, 1)):
         for code in TABLE_6:
             for name, method in METHODS.items():
                 preset = None if method is None else method.preset
