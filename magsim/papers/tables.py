@@ -171,6 +171,15 @@ def _caption(table: PaperTable) -> str:
     return f"Ours: median over {table.over}; in brackets its 95 % interval, or the range of fewer than 6."
 
 
+def _remarks(table: PaperTable) -> list[str]:
+    """Return the remarks on lines, each once, behind the lines that it is on."""
+    names: dict[str, list[str]] = {}
+    for line in table.lines:
+        if line.remark:
+            names.setdefault(line.remark, []).append(line.name)
+    return [f"{'; '.join(lines)}: {remark}" for remark, lines in names.items()]
+
+
 def text(table: PaperTable) -> str:
     """Return a table as plain text, with its remarks below."""
     head, body = _grid(table)
@@ -186,8 +195,7 @@ def text(table: PaperTable) -> str:
     lines += [row(words) for added, words in body if not added]
     below = [row(words) for added, words in body if added]
     lines += [rule, *below] if below else []
-    remarks = [f"{line.name}: {line.remark}" for line in table.lines if line.remark]
-    return "\n".join([*lines, "", *remarks, *table.notes]).rstrip() + "\n"
+    return "\n".join([*lines, "", *_remarks(table), *table.notes]).rstrip() + "\n"
 
 
 def markdown(table: PaperTable) -> str:
@@ -197,8 +205,7 @@ def markdown(table: PaperTable) -> str:
     for added, words in body:
         first, *others = words
         lines.append(f"| {' | '.join([f'*{first}*' if added else first, *others])} |")
-    remarks = [f"- {line.name}: {line.remark}" for line in table.lines if line.remark]
-    remarks += [f"- {note}" for note in table.notes]
+    remarks = [f"- {one}" for one in (*_remarks(table), *table.notes)]
     return "\n".join([*lines, *([""] if remarks else []), *remarks]) + "\n"
 
 

@@ -15,6 +15,7 @@ from magsim.papers.paper_000.clean import CleanField
 from magsim.papers.paper_000.recipes import PART, WHOLE, recipe_of, settings_of
 from magsim.papers.paper_000.tables import loss_at
 from magsim.recording import read_recordings
+from tests.support.papers_page import require_on_page
 
 NAMES = ("WilliamsNN", "BPNN", "ResNet", "MagTCN")
 
@@ -88,6 +89,10 @@ def test_published_scores_are_those_of_the_paper(run):
         assert [six.cell(name, column).published for name in NAMES] == numbers(text)
     added = [cell.published for t in run.tables for line in t.lines if line.added for cell in line.cells.values()]
     assert set(added) == {None}
+
+
+def test_the_page_has_them(run):
+    require_on_page("000", run)
 
 
 def test_claims_and_headlines_follow_from_the_scores(run):

@@ -5,6 +5,7 @@ import pytest
 
 from magsim.papers import Effort, find_paper, run_paper
 from magsim.papers.paper_001.work import determination
+from tests.support.papers_page import require_on_page
 
 PUBLISHED = {
     ("table_1", "LS"): (2.171, 0.355, 6.115),
@@ -48,6 +49,10 @@ def test_published_figures_are_those_of_the_paper(run):
         cell.published for table in run.tables for line in table.lines if line.added for cell in line.cells.values()
     ]
     assert set(others) == {None}
+
+
+def test_the_page_has_them(run):
+    require_on_page("001", run)
 
 
 def test_scores_of_both_tables_hold_together(run):

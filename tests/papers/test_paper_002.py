@@ -3,6 +3,7 @@
 import pytest
 
 from magsim.papers import Effort, find_paper, run_paper
+from tests.support.papers_page import require_on_page
 
 PUBLISHED = {("figure_6", "N = 3", "gain ir_003"): 6.0, ("figure_7_ir_003", "N = 3", "north"): 2.47,
              ("figure_7_ir_003", "N = 3", "east"): 2.75}  # fmt: skip
@@ -23,6 +24,10 @@ def test_published_figures_are_those_of_the_paper(run):
         if cell.published is not None
     }
     assert found == PUBLISHED
+
+
+def test_the_page_has_them(run):
+    require_on_page("002", run)
 
 
 def test_methods_are_ranked_by_truth(run):

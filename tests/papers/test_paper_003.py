@@ -12,6 +12,7 @@ from magsim.papers.paper_003.claims import claims, claims_of_table_2, headlines
 from magsim.papers.paper_003.published import BEST, CHOSEN, TABLE_2
 from magsim.papers.paper_003.work import FULL, scores, tasks
 from magsim.recording import Recording
+from tests.support.papers_page import require_on_page
 
 TABLE_1 = {"LSTM-BP": (19.68, 14.33), "BP": (12.69, 2.80), "LSTM": (10.83, 8.81)}
 GRID = {
@@ -68,6 +69,10 @@ def test_published_figures_are_those_of_the_paper(run):
     assert found == {name: (pytest.approx(ratio, rel=1e-12),) for name, ratio in RATIOS.items()}
     ranks = {"2 tanh / 2 tanh, the best": (1.0,), "1 tanh / 2 tanh, the paper's choice": (2.0,)}
     assert published(table_of(run, "claims_table_2"), "rank") == ranks
+
+
+def test_the_page_has_them(run):
+    require_on_page("003", run)
 
 
 def test_all_methods_have_one_test_segment_and_the_printed_level(run):

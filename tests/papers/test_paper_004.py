@@ -5,6 +5,7 @@ import math
 import pytest
 
 from magsim.papers import Effort, find_paper, run_paper
+from tests.support.papers_page import require_on_page
 
 TABLE_6 = {
     "UAV2": (17.8126, 1.1256, 0.9324, 0.5004),
@@ -37,6 +38,10 @@ def test_published_figures_are_those_of_the_paper(run):
     product = math.prod(left[0] / left[1] for _, *left in TABLE_6.values())
     assert run.headlines["z345_over_ls"].published == pytest.approx(product**0.25)
     assert {cell.published for line in six.lines if line.added for cell in line.cells.values()} == {None}
+
+
+def test_the_page_has_them(run):
+    require_on_page("004", run)
 
 
 def test_raw_levels_come_near_the_papers(run):

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,13 @@ def test_markdown_is_a_table():
     assert len({row.count("|") for row in rows}) == 1
     assert rows[4].startswith("| *ours* | - | 0.002 [0.001, 0.003] |")
     assert "- T-L: another aircraft" in markdown(TABLE)
+
+
+def test_a_remark_on_several_lines_stands_once():
+    first, second, third = (replace(line, remark="why") for line in TABLE.lines)
+    table = replace(TABLE, lines=(first, replace(second, remark="else"), third))
+    assert text(table).splitlines()[-3:] == ["T-L; ours: why", "not run: else", "A note."]
+    assert markdown(table).splitlines()[-3:] == ["- T-L; ours: why", "- not run: else", "- A note."]
 
 
 def test_csv_and_json_hold_every_value():
