@@ -5,6 +5,7 @@ import pytest
 
 from magsim.papers import Effort, find_paper, run_paper
 from magsim.papers.paper_001.work import determination
+from tests.support.papers_again import require_same_tables
 from tests.support.papers_page import require_on_page
 
 PUBLISHED = {
@@ -28,8 +29,13 @@ CLAIMED = {
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    return run_paper("001", tmp_path_factory.mktemp("001"), Effort(quick=True, seeds=1))
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("001")
+
+
+@pytest.fixture(scope="module")
+def run(folder):
+    return run_paper("001", folder, Effort(quick=True, seeds=1))
 
 
 def test_published_figures_are_those_of_the_paper(run):
@@ -53,6 +59,10 @@ def test_published_figures_are_those_of_the_paper(run):
 
 def test_the_page_has_them(run):
     require_on_page("001", run)
+
+
+def test_work_that_is_done_again_gives_the_same_tables(run, folder):
+    require_same_tables("001", folder, every=8)
 
 
 def test_scores_of_both_tables_hold_together(run):
@@ -81,7 +91,7 @@ def test_determination_is_one_less_the_share_that_is_left():
 
 def test_each_pair_is_one_drone_on_two_days():
     flights = find_paper("001").flights(Effort())
-    assert len(flights) == 24
+    assert len(flights) == 16
     assert len({flight.settings for flight in flights}) == 24
     days = [int(setting.partition("=")[2]) for one in flights for setting in one.settings if setting.startswith("day")]
     assert days == [*range(1, 25)]

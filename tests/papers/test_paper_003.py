@@ -1,7 +1,5 @@
 """Paper 003 by its fastest run; its worlds, scores and claims against what is computed by hand."""
 
-import shutil
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from magsim.papers.paper_003.claims import claims, claims_of_table_2, headlines
 from magsim.papers.paper_003.published import BEST, CHOSEN, TABLE_2
 from magsim.papers.paper_003.work import FULL, scores, tasks
 from magsim.recording import Recording
+from tests.support.papers_again import require_same_tables
 from tests.support.papers_page import require_on_page
 
 TABLE_1 = {"LSTM-BP": (19.68, 14.33), "BP": (12.69, 2.80), "LSTM": (10.83, 8.81)}
@@ -90,12 +89,7 @@ def test_all_methods_have_one_test_segment_and_the_printed_level(run):
 
 
 def test_work_that_is_done_again_gives_the_same_tables(run, folder):
-    before = {path: path.read_bytes() for path in folder.glob("tables/*")}
-    shutil.rmtree(folder / "tables")
-    for path in sorted((folder / "results").iterdir())[::12]:
-        path.unlink()
-    run_paper("003", folder, Effort(quick=True, seeds=1))
-    assert {path: path.read_bytes() for path in folder.glob("tables/*")} == before
+    require_same_tables("003", folder, every=12)
 
 
 def path_of(seed=5):
