@@ -14,6 +14,9 @@ from scipy.stats import quantile_test
 LEAST_FOR_INTERVAL = 6
 """Fewest values whose order statistics hold the median with 95 %: 1 - 2 / 2^6 = 97 %; five give 94 %."""
 
+MOST_PRINTED = 4
+"""Most decimals that any of the papers prints."""
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -141,9 +144,15 @@ def _number(value: float, decimals: int) -> str:
     return f"{value:.{decimals}f}" if value == 0.0 or abs(value) >= 10.0**-decimals else f"{value:.2g}"
 
 
+def _printed(value: float, decimals: int) -> str:
+    """Return a published figure with all of its decimals; one computed from published ones as the others are."""
+    printed = f"{value:.{MOST_PRINTED}f}".rstrip("0")
+    return _number(value, max(decimals, len(printed.partition(".")[2])) if float(printed) == value else decimals)
+
+
 def _pair(cell: Cell, decimals: int) -> tuple[str, str]:
     """Return the published figure and ours as text."""
-    published = "-" if cell.published is None else _number(cell.published, decimals)
+    published = "-" if cell.published is None else _printed(cell.published, decimals)
     ours = _number(cell.median, decimals)
     if cell.interval is not None:
         low, high = (_number(end, decimals) for end in cell.interval)

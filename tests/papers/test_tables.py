@@ -65,6 +65,14 @@ def test_text_has_paper_and_ours_side_by_side_and_added_lines_below():
     assert lines[-2:] == ["T-L: another aircraft", "A note."]
 
 
+@pytest.mark.parametrize(
+    ("published", "shown"), [(0.4855, "0.4855"), (12.0, "12.00"), (93_392.16, "93392.16"), (651.61 / 427.641, "1.52")]
+)
+def test_published_figures_keep_their_decimals(published, shown):
+    line = Line("T-L", {"std": Cell(published, (1.0,))})
+    assert f"| T-L | {shown} | 1.00 |" in markdown(replace(TABLE, columns=TABLE.columns[:1], lines=(line,)))
+
+
 def test_markdown_is_a_table():
     rows = [line for line in markdown(TABLE).splitlines() if line.startswith("|")]
     assert len({row.count("|") for row in rows}) == 1

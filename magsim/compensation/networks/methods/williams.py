@@ -55,7 +55,7 @@ class WilliamsCompensator(NetworkCompensator):
     settings: WilliamsSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": {"steps": 10, "every": 2, "folds": 2},
+        "quick": {"hidden": 8, "taps": 1, "steps": 10, "every": 2, "folds": 2},
         # 39 units a branch meet the printed 0.238 million; 200 epochs of windows at every offset.
         "paper": {**PRINTED, "inputs": ("tl16", "angles"), "hidden": 39, "taps": 320, "steps": 3500, "batch": 256},
         # Williams 1993: no Tolles-Lawson columns; local field, diurnal variation and interference of the reading.
