@@ -32,12 +32,12 @@ class WilliamsSettings(NetworkSettings):
     """
 
     mode: Literal["tl", "field"] = "tl"
-    hidden: Count = 16
-    taps: Count = 3
+    hidden: Count = 8
+    taps: Count = 1
     inputs: Inputs = ("tl16",)
     optimizer: Optimizer = "lm"
     band_weight: Weight = 10.0
-    steps: Count = 60
+    steps: Count = 30
     every: Count = 1
     patience: Count = 8
 
@@ -55,7 +55,7 @@ class WilliamsCompensator(NetworkCompensator):
     settings: WilliamsSettings
     presets: ClassVar[Mapping[str, Mapping[str, object]]] = {
         "default": {},
-        "quick": {"hidden": 8, "taps": 1, "steps": 10, "every": 2, "folds": 2},
+        "quick": {"steps": 10, "every": 2, "folds": 2},
         # 39 units a branch meet the printed 0.238 million; 200 epochs of windows at every offset.
         "paper": {**PRINTED, "inputs": ("tl16", "angles"), "hidden": 39, "taps": 320, "steps": 3500, "batch": 256},
         # Williams 1993: no Tolles-Lawson columns; local field, diurnal variation and interference of the reading.
