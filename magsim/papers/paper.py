@@ -122,6 +122,8 @@ class Paper:
         ``tables(results)``: the paper's tables.
     figures : callable
         ``figures(results)``: pictures by file name without ending.
+    gpu : bool
+        Has networks that can train on a GPU.
     """
 
     number: str
@@ -133,6 +135,7 @@ class Paper:
     headlines: Callable[[Results], Mapping[str, Cell]]
     tables: Callable[[Results], Sequence[PaperTable]]
     figures: Callable[[Results], Mapping[str, "Figure"]]
+    gpu: bool = False
 
 
 def found_of(results: Results, work: str, **params: Any) -> list[Found]:

@@ -70,17 +70,29 @@ def run_paper(
     Raises
     ------
     RequestError
-        If there is no such paper, or the folder holds something else or another run.
+        If there is no such paper or device, or the folder holds something else or another run.
     DataError
         If a flight or a result cannot be made or read.
     """
     paper, effort = find_paper(number), effort or Effort()
+    _check_device(paper, effort.device)
     sources = _open(paper, folder, effort)
     flights = [*paper.flights(effort)]
     _fly(flights, folder, workers, announce)
     results = _work(paper, effort, folder, sources=sources, workers=workers, announce=announce)
     found, headlines = tuple(paper.tables(results)), paper.headlines(results)
     return PaperRun(found, headlines, tuple(_write(paper, results, found, headlines, folder)))
+
+
+def _check_device(paper: Paper, name: str) -> None:
+    if name == "cpu":
+        return
+    if not paper.gpu:
+        msg = f"paper {paper.number} has no network that trains on {name}; allowed: cpu"
+        raise RequestError(msg)
+    from magsim.training.devices import find_device
+
+    find_device(name)
 
 
 def _open(paper: Paper, folder: Path, effort: Effort) -> str:

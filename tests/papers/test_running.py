@@ -132,6 +132,19 @@ def test_damaged_results_and_flights_are_named(folder):
         run_paper("999", folder)
 
 
+@pytest.mark.parametrize(
+    ("number", "message"),
+    [
+        ("002", "paper 002 has no network that trains on cuda:99"),
+        ("000", "device cuda:99 asks for cuda:99, which is not"),
+    ],
+)
+def test_a_device_that_is_not_there_is_refused_before_anything_is_written(number, message, tmp_path):
+    with pytest.raises(RequestError, match=message):
+        run_paper(number, tmp_path / "run", Effort(quick=True, device="cuda:99"))
+    assert not (tmp_path / "run").exists()
+
+
 def test_papers_are_found_by_their_numbers():
     assert all(paper.number == number for number, paper in zip(registry.numbers(), registry.all_papers(), strict=True))
     with pytest.raises(RequestError, match="there is no paper '7'; allowed: "):

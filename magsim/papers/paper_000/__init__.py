@@ -18,4 +18,5 @@ PAPER = Paper(
     headlines,
     tables,
     figures,
+    gpu=True,
 )

@@ -229,4 +229,5 @@ PAPER = Paper(
     headlines,
     tables,
     figures,
+    gpu=True,
 )

@@ -17,4 +17,5 @@ PAPER = Paper(
     headlines,
     tables,
     figures,
+    gpu=True,
 )
