@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -133,15 +134,17 @@ def test_damaged_results_and_flights_are_named(folder):
 
 
 @pytest.mark.parametrize(
-    ("number", "message"),
+    ("gpu", "message"),
     [
-        ("002", "paper 002 has no network that trains on cuda:99"),
-        ("000", "device cuda:99 asks for cuda:99, which is not"),
+        (False, "paper 999 has no network that trains on cuda:99"),
+        (True, "device cuda:99 asks for cuda:99, which is not"),
     ],
 )
-def test_a_device_that_is_not_there_is_refused_before_anything_is_written(number, message, tmp_path):
+def test_a_device_that_is_not_there_is_refused_before_anything_is_written(gpu, message, tmp_path, monkeypatch):
+    paper = replace(running.find_paper("999"), gpu=gpu)
+    monkeypatch.setattr(running, "find_paper", lambda _number: paper)
     with pytest.raises(RequestError, match=message):
-        run_paper(number, tmp_path / "run", Effort(quick=True, device="cuda:99"))
+        run_paper("999", tmp_path / "run", Effort(device="cuda:99"))
     assert not (tmp_path / "run").exists()
 
 
