@@ -34,7 +34,7 @@ from magsim.recording import Recording
 from magsim.signals import EDGE_S
 
 SCENARIO = "papers/003_path"
-FULL, QUICK = 8, 2
+FULL, QUICK = 6, 2
 """Flights of the full run, and of the quick one."""
 
 DECIMALS = 3
