@@ -2,8 +2,9 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from magsim.recording import Recording
 CLOSED = ("none", "tl16", "tl16_auxiliary", "exact_norm", NOISE_FLOOR)
 """Methods that are not trained in steps."""
 
+DRAWN = ("none", "tl16")
+"""Those of them that stand beside the networks in the paper's figures, of the first flight and the first lines."""
+
+DECIMALS = 4
+"""Of curves [nT]."""
+
 SCORES = ("std_nt", "ir", "rmse0_nt", "gain", "std_paper_nt", "ir_paper")
 
 WARMUP_S = 31.9
@@ -38,19 +45,21 @@ def tasks(effort: Effort) -> list[Task]:
     few = flights[: max(1, len(flights) // 3)]
     lines = worlds.lines(effort)
     limit_s = 0.2 if effort.quick else 30.0
-    out = [_closed(method, names, worlds.SIMULATED) for method, names in product(CLOSED, flights)]
-    out += [_closed(method, names, worlds.LINES) for method, names in product(CLOSED, lines)]
+    drawn = {flights[0], lines[0]}
+    out = [_closed(method, names, worlds.SIMULATED, drawn) for method, names in product(CLOSED, flights)]
+    out += [_closed(method, names, worlds.LINES, drawn) for method, names in product(CLOSED, lines)]
     out += [Task("cost", flights[0], {"network": network, "limit_s": limit_s}) for network in NETWORKS]
     out += [_default(network, names, effort) for network, names in product(NETWORKS, flights)]
     for network in NETWORKS:
-        out += [_recipe(network, names, worlds.SIMULATED, effort) for names in flights]
+        out += [_recipe(network, names, worlds.SIMULATED, effort, drawn) for names in flights]
         out += [_recipe(network, names, worlds.SIMULATED, effort, output="clean field") for names in few]
-        out += [_recipe(network, names, worlds.LINES, effort) for names in lines]
+        out += [_recipe(network, names, worlds.LINES, effort, drawn) for names in lines]
     return out
 
 
-def _closed(method: str, flights: tuple[str, ...], world: str) -> Task:
-    return Task("judge", flights, {"method": method, "world": world})
+def _closed(method: str, flights: tuple[str, ...], world: str, drawn: Set[tuple[str, ...]]) -> Task:
+    curve = {"curve": True} if flights in drawn and method in DRAWN else {}
+    return Task("judge", flights, {"method": method, "world": world, **curve})
 
 
 def _default(network: str, flights: tuple[str, ...], effort: Effort) -> Task:
@@ -59,7 +68,13 @@ def _default(network: str, flights: tuple[str, ...], effort: Effort) -> Task:
 
 
 def _recipe(
-    network: str, flights: tuple[str, ...], world: str, effort: Effort, *, output: str = "interference"
+    network: str,
+    flights: tuple[str, ...],
+    world: str,
+    effort: Effort,
+    drawn: Set[tuple[str, ...]] = frozenset(),
+    *,
+    output: str = "interference",
 ) -> Task:
     recipe = recipe_of(network, effort)
     params = {
@@ -70,6 +85,7 @@ def _recipe(
         "steps": recipe.steps,
         "validations": recipe.validations,
         "small": effort.quick,
+        **({"curve": True} if flights in drawn else {}),
     }
     return Task("train", flights, params, seed=1)
 
@@ -85,7 +101,7 @@ def work(task: Task, recordings: Sequence[Recording], surroundings: Surroundings
         method = None if name == NOISE_FLOOR else create(name, preset=task.params.get("preset"))
         if method is not None:
             method.fit_rows(training_rows(recordings), context)
-        return _scores(method, recordings, parts)
+        return _scores(method, recordings, parts, curve=bool(task.params.get("curve")))
     context = FitContext(task.seed, checkpoint=surroundings.folder, device=surroundings.device)
     training = training_rows(_learned(recordings))
     recipe = TrainingRecipe(task.params["batch"], task.params["steps"], task.params["validations"])
@@ -93,7 +109,7 @@ def work(task: Task, recordings: Sequence[Recording], surroundings: Surroundings
     settings = settings_of(task.params["network"], recipe, training, small=task.params["small"], channels=channels)
     trained = by_recipe(task.params["network"], settings, clean=task.params["output"] == "clean field")
     trained.fit_rows(training, context)
-    return {**_scores(trained, recordings, parts), **_losses(trained)}
+    return {**_scores(trained, recordings, parts, curve=bool(task.params.get("curve"))), **_losses(trained)}
 
 
 def _learned(recordings: Sequence[Recording]) -> list[Recording]:
@@ -121,14 +137,23 @@ def _judged(recording: Recording) -> Recording | None:
     return recording.take(rows)
 
 
-def _scores(method: Compensator | None, recordings: Sequence[Recording], parts: Sequence[str]) -> dict[str, float]:
-    """Judge a method on each part, every method on the same rows."""
+def _scores(
+    method: Compensator | None, recordings: Sequence[Recording], parts: Sequence[str], *, curve: bool = False
+) -> dict[str, Any]:
+    """Judge a method on each part, every method on the same rows; return what it leaves too, for a picture."""
     judged = [one for one in map(_judged, recordings) if one is not None]
-    found: dict[str, float] = {}
+    found: dict[str, Any] = {}
     for part, recording in zip(parts, judged, strict=True):
-        scores = scores_of(judge(method, recording, warmup_s=WARMUP_S))
-        of_all = {metric: value for segment, metric, value in scores if segment == "test"}
+        residuals = judge(method, recording, warmup_s=WARMUP_S)
+        of_all = {metric: value for segment, metric, value in scores_of(residuals) if segment == "test"}
         found |= {f"{score} {part}": of_all[score] for score in SCORES}
+        if curve:
+            assert residuals.error is not None
+            left = np.round(residuals.error, DECIMALS).tolist()
+            found[f"curve {part}"] = {
+                "time_s": (residuals.time_s - residuals.time_s[0]).round(1).tolist(),
+                "left": left,
+            }
     return found
 
 
