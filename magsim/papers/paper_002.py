@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from magsim.benchmark import evaluate
 from magsim.papers.paper import Effort, Found, Paper, PaperFlight, Results, Surroundings, Task, values_of
-from magsim.papers.tables import Cell, Column, Line, PaperTable
+from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
 from magsim.recording import Recording
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def tables(results: Results) -> list[PaperTable]:
 
 
 def _over(results: Results) -> str:
-    return f"{len(values_of(results, 'ir whole', 'judge', method='none'))} pairs of flights"
+    return counted(len(values_of(results, "ir whole", "judge", method="none")), "pairs of flights")
 
 
 def _gains(results: Results, method: str, base: str, score: str) -> tuple[float, ...]:

@@ -137,6 +137,12 @@ class PaperTable:
         return sum(known), len(known)
 
 
+def counted(number: int, noun: str = "flights") -> str:
+    """Return ``6 pairs of flights``, or ``1 pair of flights``: what the values of a cell are."""
+    first, *others = noun.split(" ")
+    return " ".join([str(number), first.removesuffix("s") if number == 1 else first, *others])
+
+
 def _number(value: float, decimals: int) -> str:
     if math.isnan(value):
         return "-"

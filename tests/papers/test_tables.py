@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from magsim.papers import Cell, Column, Line, PaperTable
-from magsim.papers.tables import LEAST_FOR_INTERVAL, as_csv, as_json, markdown, text
+from magsim.papers.tables import LEAST_FOR_INTERVAL, as_csv, as_json, counted, markdown, text
 
 TABLE = PaperTable(
     "table_9",
@@ -71,6 +71,12 @@ def test_text_has_paper_and_ours_side_by_side_and_added_lines_below():
 def test_published_figures_keep_their_decimals(published, shown):
     line = Line("T-L", {"std": Cell(published, (1.0,))})
     assert f"| T-L | {shown} | 1.00 |" in markdown(replace(TABLE, columns=TABLE.columns[:1], lines=(line,)))
+
+
+def test_what_is_one_is_not_many():
+    assert counted(1) == "1 flight"
+    assert counted(6, "pairs of flights") == "6 pairs of flights"
+    assert counted(1, "sets of lines") == "1 set of lines"
 
 
 def test_markdown_is_a_table():

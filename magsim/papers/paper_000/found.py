@@ -4,6 +4,7 @@ from magsim.papers.paper import Found, Results, Task, found_of, values_of
 from magsim.papers.paper_000 import worlds
 from magsim.papers.paper_000.published import NETWORKS
 from magsim.papers.paper_000.recipes import WHOLE
+from magsim.papers.tables import counted
 
 
 def trained(results: Results, network: str, world: str, output: str = "interference") -> list[Found]:
@@ -26,8 +27,7 @@ def by_default(results: Results, network: str, figure: str) -> tuple[float, ...]
 def over(results: Results, world: str) -> str:
     """Return what the values of a cell are."""
     count = len(of_method(results, "none", world, f"ir {worlds.JUDGED[world][0]}"))
-    noun = "flight" if world == worlds.SIMULATED else "set of lines"
-    return f"{count} {noun if count == 1 else noun.replace('flight', 'flights').replace('set', 'sets')}"
+    return counted(count, "flights" if world == worlds.SIMULATED else "sets of lines")
 
 
 def task_of(results: Results, network: str) -> Task:

@@ -9,7 +9,7 @@ from magsim.papers.claims import Claim, claims_table, ratios
 from magsim.papers.paper import Paper, Results, found_of, values_of
 from magsim.papers.paper_001.published import TABLE_1, TABLE_2, Printed
 from magsim.papers.paper_001.work import CURVE_STEPS, NETWORKS, flights, tasks, work
-from magsim.papers.tables import Cell, Column, Line, PaperTable
+from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,7 +75,7 @@ def _values(results: Results, figure: str, method: str, judged: str) -> tuple[fl
 
 
 def _over(results: Results) -> str:
-    return f"{len(_values(results, 'ir', 'noise_floor', 'A'))} pairs of flights"
+    return counted(len(_values(results, "ir", "noise_floor", "A")), "pairs of flights")
 
 
 REMARKS_1: Mapping[str, str] = {

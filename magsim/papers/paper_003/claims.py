@@ -7,7 +7,7 @@ from magsim.papers.claims import Claim, claims_table, ratios
 from magsim.papers.paper import Results, values_of
 from magsim.papers.paper_003.candidates import network_name
 from magsim.papers.paper_003.published import BEST, CHOSEN, TABLE_1, TABLE_2, TABLE_3
-from magsim.papers.tables import Cell, Column, Line, PaperTable
+from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
 
 SCORE = "ir pp"
 """What the paper ranks by."""
@@ -43,7 +43,7 @@ def claims(results: Results) -> PaperTable:
         "Ratios are of improvement ratios; the published ones are computed from what Tables 1 and 3 print. Table 3 has "
         "another 'before' for each model: its test segments differ, so that its own rows cannot be compared."
     )
-    return claims_table(found, f"{len(found[0].ratios)} flights", (note,))
+    return claims_table(found, counted(len(found[0].ratios)), (note,))
 
 
 def grid_of(results: Results) -> np.ndarray:
@@ -82,7 +82,7 @@ def claims_of_table_2(results: Results) -> PaperTable:
     )
     notes = ("Ranks are by the improvement ratio, 1 the best; the paper's are of one training each.",)
     return PaperTable(
-        "claims_table_2", "Claims: the best cell of Table 2", columns, tuple(lines), f"{len(grid)} flights", notes
+        "claims_table_2", "Claims: the best cell of Table 2", columns, tuple(lines), counted(len(grid)), notes
     )
 
 

@@ -16,7 +16,7 @@ from magsim.papers.paper_003.candidates import (
 )
 from magsim.papers.paper_003.claims import claims, claims_of_table_2
 from magsim.papers.paper_003.published import CHOSEN, TABLE_1, TABLE_2, TABLE_3, Network
-from magsim.papers.tables import Cell, Column, Line, PaperTable
+from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
 
 _SCORES = (
     Column("pp before", "peak to peak before", "nT", 2),
@@ -66,7 +66,7 @@ def tables(results: Results) -> list[PaperTable]:
 
 
 def _over(results: Results) -> str:
-    return f"{len(values_of(results, 'ir pp', 'judge', world='drawn', line='LSTM-BP'))} flights"
+    return counted(len(values_of(results, "ir pp", "judge", world="drawn", line="LSTM-BP")))
 
 
 def _recipe_note(results: Results) -> str:

@@ -8,7 +8,7 @@ from magsim.papers.claims import Claim, claims_table, ratios
 from magsim.papers.paper import Paper, Results, values_of
 from magsim.papers.paper_004.published import TABLE_6, Experiment
 from magsim.papers.paper_004.work import FIELD_NETS, METHODS, flights, tasks, work
-from magsim.papers.tables import Cell, Column, Line, PaperTable
+from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,7 +65,7 @@ def _values(results: Results, figure: str, code: str, method: str) -> tuple[floa
 
 def _over(results: Results) -> str:
     count = len(_values(results, "ir", "UAV2", "noise_floor"))
-    return f"{count} flights of each experiment" if count > 1 else "1 flight of each experiment"
+    return counted(count, "flights of each experiment")
 
 
 def _left(printed: Experiment, method: str) -> float | None:
