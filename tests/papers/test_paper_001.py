@@ -91,12 +91,12 @@ def test_determination_is_one_less_the_share_that_is_left():
 
 def test_each_pair_is_one_drone_on_two_days():
     flights = find_paper("001").flights(Effort())
-    assert len(flights) == 12
-    assert len({flight.settings for flight in flights}) == 12
+    assert len(flights) == 24
+    assert len({flight.settings for flight in flights}) == 24
     days = [int(setting.partition("=")[2]) for one in flights for setting in one.settings if setting.startswith("day")]
-    assert days == [*range(1, 13)]
+    assert days == [*range(1, 25)]
     tasks = find_paper("001").tasks(Effort())
     assert len({task.key for task in tasks}) == len(tasks)
     assert {task.flights for task in tasks} == {
-        pair for k in range(6) for pair in ((f"a_{k:02d}", f"b_{k:02d}"), (f"b_{k:02d}", f"a_{k:02d}"))
+        pair for k in range(12) for pair in ((f"a_{k:02d}", f"b_{k:02d}"), (f"b_{k:02d}", f"a_{k:02d}"))
     }

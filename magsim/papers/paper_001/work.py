@@ -54,7 +54,7 @@ CURVE_STEPS = (100, 200, 400, 800, 1600)
 def flights(effort: Effort) -> list[PaperFlight]:
     """Return pairs of flights of one drone, A and B, on days of their own; all rows of each may be learned."""
     out = []
-    for pair in range(effort.count(6, 2)):
+    for pair in range(effort.count(12, 2)):
         for flight, seed, day in (("a", 1000 + pair, 2 * pair + 1), ("b", 2000 + pair, 2 * pair + 2)):
             settings = (f"seed={seed}", f"day={day}", "recording.valid_legs=[]")
             out.append(PaperFlight(f"{flight}_{pair:02d}", "papers/001_fom", settings))
@@ -65,7 +65,7 @@ def tasks(effort: Effort) -> list[Task]:
     """Return the fit of each method to each flight; networks also with fewer steps, for their curves."""
     kinds = [*(_kind(name, effort) for name in METHODS), *(_curve(effort))]
     out = []
-    for pair in range(effort.count(6, 2)):
+    for pair in range(effort.count(12, 2)):
         names = f"a_{pair:02d}", f"b_{pair:02d}"
         for judged, order in (("B", names), ("A", names[::-1])):
             out += [Task("judge", order, {"judged": judged, **kind}, seed=pair) for kind in kinds]
