@@ -149,9 +149,19 @@ def scenario_path(name_or_path: str | Path) -> Path:
     what = "it is a folder" if folder else "there is no such file"
     shown = str(name_or_path)[:200]
     shown = shown if shown and shown.isprintable() else ascii(shown)
-    shipped = f"no shipped scenario has that name{_hint(name, known)}; shipped: {', '.join(known)}"
+    shipped = f"no shipped scenario has that name{_hint(name, known)}; shipped: {_by_folder(known)}"
     msg = f"{shown}: {what}, and {shipped}"
     raise RequestError(msg)
+
+
+def _by_folder(names: tuple[str, ...]) -> str:
+    """Return names as text, those in a folder behind its name: ``air, papers/(000_lines, 001_fom)``."""
+    folders: dict[str, list[str]] = {}
+    for name in names:
+        folder, slash, own = name.rpartition("/")
+        folders.setdefault(folder + slash, []).append(own)
+    inside = [f"{folder}({', '.join(own)})" for folder, own in folders.items() if folder]
+    return ", ".join([*folders.get("", []), *inside])
 
 
 def list_datasets() -> tuple[str, ...]:
