@@ -12,6 +12,7 @@ from itertools import islice
 from typing import TypeVar
 
 from magsim.errors import DataError
+from magsim.forking import one_thread
 
 AHEAD = 2
 """Tasks for each process that are begun before their turn: bounds the results that wait in memory."""
@@ -42,7 +43,8 @@ def run_all(work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int = 1
     jobs = min(jobs, len(tasks))
     others = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_process) as pool:
+    # threads of several processes would wait for each other's cores: recurrent networks took 20 times as long
+    with one_thread(), ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_process) as pool:
         remaining = iter(tasks)
         try:
             waiting = deque[Future[Result]](pool.submit(work, task) for task in islice(remaining, AHEAD * jobs))
