@@ -15,6 +15,7 @@ from magsim.compensation import Compensator, FitContext, create, names, presets_
 from magsim.compensation.networks import NetworkCompensator
 from magsim.compensation.registry import lookup
 from magsim.errors import DataError, RequestError
+from magsim.forking import one_thread
 from magsim.recording import Recording
 from magsim.threads import one_blas_thread
 from tests.benchmarks.network_rows.flights import WORLDS, Judged, honest, pair
@@ -235,7 +236,7 @@ def _apart(
     """Work in processes of their own."""
     waiting = deque(cases)
     running: dict[Future[dict[str, Any]], Case] = {}
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with one_thread(), ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
         while running or (waiting and not _is_over(until)):
             while waiting and len(running) < workers and not _is_over(until):
                 case = waiting.popleft()
