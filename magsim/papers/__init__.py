@@ -1,7 +1,7 @@
 """The five papers re-run: their flights, their methods, their tables beside what is found here."""
 
 from magsim.papers.paper import Effort, Paper, PaperFlight, Task
-from magsim.papers.registry import all_papers, find_paper, numbers
+from magsim.papers.registry import find_paper, numbers
 from magsim.papers.running import PaperRun, run_paper
 from magsim.papers.tables import Cell, Column, Line, PaperTable
 
@@ -15,7 +15,6 @@ __all__ = [
     "PaperRun",
     "PaperTable",
     "Task",
-    "all_papers",
     "find_paper",
     "numbers",
     "run_paper",

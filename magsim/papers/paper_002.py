@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from magsim.benchmark import evaluate
 from magsim.papers.paper import Effort, Found, Paper, PaperFlight, Results, Surroundings, Task, values_of
-from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
+from magsim.papers.tables import BESIDE, Cell, Column, Line, PaperTable, counted
 from magsim.recording import Recording
 
 if TYPE_CHECKING:
@@ -25,12 +25,7 @@ PRINTED: Mapping[str, str] = {
     PLAIN: "Tolles-Lawson",
     **{method: f"N = {order}" for order, method in WITH_GRADIENT.items()},
 }
-ADDED: Mapping[str, str] = {
-    "tl16_auxiliary": "T-L with auxiliary columns",
-    "exact_norm": "exact_norm (ours)",
-    "noise_floor": "noise floor",
-}
-METHODS: Mapping[str, str] = {**PRINTED, **ADDED}
+METHODS: Mapping[str, str] = {**PRINTED, **BESIDE}
 """Name in the tables of each method."""
 
 GAIN_ORDER_3_PCT = 6.0
@@ -110,7 +105,7 @@ def _figure_6(results: Results) -> PaperTable:
             published = GAIN_ORDER_3_PCT if name == "N = 3" and score == "ir_003" else None
             if method not in {"none", PLAIN, "noise_floor"}:
                 cells[f"gain {score}"] = Cell(published, _gains(results, method, PLAIN, score))
-        lines.append(Line(name, cells, remarks.get(name, ""), added=method in ADDED))
+        lines.append(Line(name, cells, remarks.get(name, ""), added=method in BESIDE))
     columns = [Column(score, name, "", 2) for score, name in SCORES.items()]
     columns += [Column(f"gain {score}", f"gain of {name}", "%", 1) for score, name in SCORES.items()]
     note = (
@@ -135,7 +130,7 @@ def _figure_7(results: Results, score: str) -> PaperTable:
             if name == "N = 3" and score == "ir_003"
             else ""
         )
-        lines.append(Line(name, cells, remark, added=method in ADDED))
+        lines.append(Line(name, cells, remark, added=method in BESIDE))
     columns = tuple(Column(name, name, "", 2) for name in NAMES.values())
     title = f"Figure 7: {SCORES[score]} by heading"
     return PaperTable(f"figure_7_{score}", title, columns, tuple(lines), _over(results))

@@ -1,6 +1,6 @@
 """All papers by number; each is imported when it is asked for."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 
 from magsim.errors import RequestError
@@ -34,8 +34,3 @@ def find_paper(number: str) -> Paper:
         raise RequestError(msg)
     paper: Paper = import_module(_MODULES[number]).PAPER
     return paper
-
-
-def all_papers() -> Iterator[Paper]:
-    """Yield all papers."""
-    return map(find_paper, _MODULES)

@@ -14,6 +14,13 @@ from scipy.stats import quantile_test
 LEAST_FOR_INTERVAL = 6
 """Fewest values whose order statistics hold the median with 95 %: 1 - 2 / 2^6 = 97 %; five give 94 %."""
 
+BESIDE: Mapping[str, str] = {
+    "tl16_auxiliary": "T-L with auxiliary columns",
+    "exact_norm": "exact_norm (ours)",
+    "noise_floor": "noise floor",
+}
+"""Methods that stand below the tables of every paper, and how they are called there."""
+
 MOST_PRINTED = 4
 """Most decimals that any of the papers prints."""
 

@@ -61,6 +61,7 @@ def claims(results: Results) -> PaperTable:
                     ratios(scores(better), scores(worse)),
                     None if how else SIMULATED[better][1] / SIMULATED[worse][1],
                     "" if how else remark,
+                    added=bool(how),
                 )
             )
     return claims_table(found, over(results, worlds.SIMULATED), NOTES)

@@ -10,7 +10,7 @@ from magsim.papers.paper_000.claims import claims
 from magsim.papers.paper_000.found import by_default, of_method, over, recipe_in_words, share_of_recipe, trained
 from magsim.papers.paper_000.published import COST, EPOCHS, NETWORKS
 from magsim.papers.paper_000.recipes import PART
-from magsim.papers.tables import Cell, Column, Line, PaperTable
+from magsim.papers.tables import BESIDE, Cell, Column, Line, PaperTable
 
 PRESENT = (
     Column("std_nt", "STD", "nT", 3),
@@ -19,11 +19,6 @@ PRESENT = (
     Column("ir_paper", "IR of the reading", "", 1),
     Column("rmse0_nt", "broadband STD", "nT", 2),
 )
-ADDED: Mapping[str, str] = {
-    "tl16_auxiliary": "T-L with auxiliary columns",
-    "exact_norm": "exact_norm (ours)",
-    "noise_floor": "noise floor",
-}
 
 
 def tables(results: Results) -> list[PaperTable]:
@@ -107,7 +102,7 @@ def _table_2(results: Results) -> PaperTable:
     for network, name in NETWORKS.items():
         cells = {column.key: Cell(None, by_default(results, network, f"{column.key} {part}")) for column in PRESENT}
         lines.append(Line(f"{name}, T-L first (default)", cells, added=True))
-    lines += [Line(name, _cells(results, method, world, part), added=True) for method, name in ADDED.items()]
+    lines += [Line(name, _cells(results, method, world, part), added=True) for method, name in BESIDE.items()]
     notes = (
         (
             "STD and IR are in 0.1 to 0.6 Hz, of the error against truth; those of the reading take the compensated "
@@ -142,7 +137,7 @@ def _scores_of_lines(results: Results, key: str, title: str, part: str) -> Paper
     for network, name in NETWORKS.items():
         cells = _cells(results, network, world, part, _printed(scores, network))
         lines.append(Line(name, cells, _why(results, network, world)))
-    below: Iterable[tuple[str, str]] = {"tl16": "T-L Model", **ADDED}.items()
+    below: Iterable[tuple[str, str]] = {"tl16": "T-L Model", **BESIDE}.items()
     lines += [Line(name, _cells(results, method, world, part), added=True) for method, name in below]
     notes = (
         (

@@ -9,7 +9,7 @@ from magsim.papers.claims import Claim, claims_table, ratios
 from magsim.papers.paper import Paper, Results, found_of, values_of
 from magsim.papers.paper_001.published import TABLE_1, TABLE_2, Printed
 from magsim.papers.paper_001.work import CURVE_STEPS, NETWORKS, flights, tasks, work
-from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
+from magsim.papers.tables import BESIDE, Cell, Column, Line, PaperTable, counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,9 +26,7 @@ NAMES: Mapping[str, str] = {
     "bp_default": "BP, our default",
     "res_bp_default": "Res-Bp, our default",
     "tl16": "T-L, 16 columns",
-    "tl16_auxiliary": "T-L with auxiliary columns",
-    "exact_norm": "exact_norm (ours)",
-    "noise_floor": "noise floor",
+    **BESIDE,
 }
 """Of each method in the tables."""
 

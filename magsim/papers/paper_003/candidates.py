@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from magsim.papers.paper_003.published import CHOSEN, TABLE_2, Network
+from magsim.papers.tables import BESIDE
 
 TAPS = 10
 """Rows that an output is made from, 1 s. The paper does not print its window; the presets' 50 rows cost five times as
@@ -88,18 +89,10 @@ LINEAR: Mapping[str, Candidate] = {
     "tl16": Candidate("tl16"),
     "tl16, broadband": Candidate("tl16", None, {"band": "broad"}),
     "tl18, broadband": Candidate("tl18", None, {"band": "broad"}),
-    "T-L with auxiliary columns": Candidate("tl16_auxiliary"),
-    "exact_norm (ours)": Candidate("exact_norm"),
-    "noise floor": Candidate("noise_floor"),
+    **{name: Candidate(method) for method, name in BESIDE.items()},
 }
 
 CANDIDATES: Mapping[str, Candidate] = {**PRINTED, **GRID, **VARIANTS, **DEFAULTS, **LINEAR}
 
-FEW: tuple[str, ...] = (
-    "tl16, broadband",
-    "tl18, broadband",
-    "T-L with auxiliary columns",
-    "exact_norm (ours)",
-    "noise floor",
-)
+FEW: tuple[str, ...] = ("tl16, broadband", "tl18, broadband", *BESIDE.values())
 """Of the added ones those that stand below Tables 1 and 2."""

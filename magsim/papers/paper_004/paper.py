@@ -6,23 +6,23 @@ from typing import TYPE_CHECKING
 
 from magsim.papers.claims import Claim, claims_table, ratios
 from magsim.papers.paper import Paper, Results, values_of
-from magsim.papers.paper_004.published import TABLE_6, Experiment
+from magsim.papers.paper_004.published import TABLE_6
 from magsim.papers.paper_004.work import FIELD_NETS, METHODS, flights, tasks, work
-from magsim.papers.tables import Cell, Column, Line, PaperTable, counted
+from magsim.papers.tables import BESIDE, Cell, Column, Line, PaperTable, counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAPERS = ("least_squares", "aircraft", "all_nets")
+"""The methods of the paper, as its Table 6 has them."""
+
 NAMES: Mapping[str, str] = {
     "least_squares": "LS",
     "aircraft": "Z3-Z5",
     "all_nets": "all",
     "least_squares_broad": "LS, label unfiltered",
     "default": "Z3-Z5, our default",
-    "tl16_auxiliary": "T-L with auxiliary columns",
-    "exact_norm": "exact_norm (ours)",
-    "noise_floor": "noise floor",
+    **BESIDE,
 }
 """Of each method in the tables."""
 
@@ -68,10 +68,6 @@ def _over(results: Results) -> str:
     return counted(count, "flights of each experiment")
 
 
-def _left(printed: Experiment, method: str) -> float | None:
-    return getattr(printed, method) if method in PAPERS else None
-
-
 def table_6(results: Results) -> PaperTable:
     """Return Table 6, and below it the methods that are not the paper's."""
     lines = []
@@ -81,7 +77,7 @@ def table_6(results: Results) -> PaperTable:
                 if (method not in PAPERS) != added:
                     continue
                 name = f"{code}, {NAMES[method]}"
-                published = {} if added else {"raw other": printed.raw, "left other": _left(printed, method)}
+                published = {} if added else {"raw other": printed.raw, "left other": getattr(printed, method)}
                 cells = {
                     column.key: Cell(published.get(column.key), _values(results, column.key, code, method))
                     for column in COLUMNS
@@ -138,7 +134,7 @@ def claims(results: Results) -> PaperTable:
             found.append(Claim(name, _better(results, code, first, second), ratio))
     for code in TABLE_6:
         errors = (_values(results, "error other", code, method) for method in ("least_squares", "all_nets"))
-        found.append(Claim(f"{code}: all over LS, truth", ratios(*errors)))
+        found.append(Claim(f"{code}: all over LS, truth", ratios(*errors), added=True))
     note = "STD with the second over STD with the first; truth: error of what is subtracted as the aircraft's."
     return claims_table(found, _over(results), (note,))
 
