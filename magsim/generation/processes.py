@@ -43,7 +43,7 @@ def run_all(work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int = 1
     jobs = min(jobs, len(tasks))
     others = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
-    # threads of several processes would wait for each other's cores: recurrent networks took 20 times as long
+    # threads of several processes would wait for each other's cores
     with one_thread(), ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_process) as pool:
         remaining = iter(tasks)
         try:

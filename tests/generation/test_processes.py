@@ -15,7 +15,7 @@ def threads_of(number: int) -> tuple[int, list[str | None]]:
 
 @pytest.mark.parametrize(("asked", "given"), [(None, "1"), ("3", "3")])
 def test_each_of_several_processes_has_one_thread_unless_asked_otherwise(monkeypatch, asked, given):
-    """Threads of processes side by side wait for each other's cores: recurrent networks took 20 times as long."""
+    """Threads of processes side by side wait for each other's cores."""
     for name in BLAS_THREADS:
         monkeypatch.delenv(name, raising=False)
         if asked:

@@ -121,7 +121,9 @@ class NetworkCompensator(Compensator):
         """Train; see ``Compensator.learn``."""
         identity = {"method": self.name, "params": self.get_params()}
         fit = pretrain if self.one_by_one else fit_network
-        self._fitted, self.outcomes_ = fit(self.settings, self.make_module, training, context, identity=identity)
+        # what judges between trainings too; these have their own say on determinism
+        with reproducible(self.settings.threads, deterministic=False):
+            self._fitted, self.outcomes_ = fit(self.settings, self.make_module, training, context, identity=identity)
 
     def estimate(self, recording: Recording) -> np.ndarray:
         """Return first stage plus network, (n,) [nT].

@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from magsim import signals
 from magsim.compensation import FitContext, create
-from magsim.compensation.networks import descent
+from magsim.compensation.networks import descent, fitted
 from magsim.compensation.networks.fitting import enough_steps, pooled
+from magsim.compensation.networks.windows import apply_network
 from magsim.errors import DataError, RequestError
 from magsim.training import Outcome
 from tests.support import scores
@@ -53,6 +55,25 @@ def test_where_nothing_is_left_to_learn_the_estimate_is_that_of_the_stage():
     method = create("bp", **ADAM, steps=40, every=10, batch=2).fit(recording)
     difference = method.interference(recording) - stage.interference(recording)
     assert np.abs(difference).max() < 1e-4
+
+
+def test_a_network_runs_on_the_threads_of_its_settings_all_through_a_fit(recording, monkeypatch):
+    """Other threads give other last bits, and those of several processes wait for each other."""
+    found = []
+
+    def counted(*args, **kwargs):
+        found.append(torch.get_num_threads())
+        return apply_network(*args, **kwargs)
+
+    monkeypatch.setattr(fitted, "apply_network", counted)
+    before = torch.get_num_threads()
+    torch.set_num_threads(2)
+    try:
+        create("bp", **ADAM, steps=2, every=1, batch=2, folds=2, threads=1).fit(recording).interference(recording)
+    finally:
+        torch.set_num_threads(before)
+    assert len(found) > 4
+    assert set(found) == {1}
 
 
 def test_steps_of_the_second_run():
