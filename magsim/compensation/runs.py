@@ -22,6 +22,7 @@ from magsim.dataset import Training
 from magsim.errors import DataError, MagsimError, RequestError
 from magsim.recording import Recording
 from magsim.storage import atomic_text
+from magsim.storage.parts import remove_leftovers_in
 
 RUN, CHECKPOINT = "run.json", "checkpoint"
 
@@ -234,6 +235,7 @@ def _remove_phases(folder: Path, *patterns: str) -> None:
     for phase in sorted(folder.glob("*/")):
         for path in [path for pattern in patterns for path in phase.glob(pattern)]:
             path.unlink()
+        remove_leftovers_in(phase, *patterns)
         _remove_empty(phase)
     _remove_empty(folder)
 

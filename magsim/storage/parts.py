@@ -7,6 +7,7 @@ Without such locks in the system or the file system, leftovers stay.
 """
 
 import contextlib
+import fnmatch
 import hashlib
 import os
 import re
@@ -39,6 +40,8 @@ def part_folder(path: Path) -> Iterator[Path]:
             os.close(handle)
 
 
+_PART = re.compile(r"\.[0-9a-f]{12}-[0-9a-f]{12}\.part")
+
 PREVIOUS = "before"
 """Name in the hidden folder of the previous target, while it is replaced."""
 
@@ -57,6 +60,27 @@ def remove_leftovers(path: Path) -> None:
                 if handle is not None:
                     _clear(folder, path)
                     os.close(handle)
+
+
+def remove_leftovers_in(folder: Path, *patterns: str) -> None:
+    """Remove the hidden folders that killed writers left of files in a folder whose names match a pattern.
+
+    For files whose names are not known beforehand; one with anything else in it stays.
+    """
+    with contextlib.suppress(OSError):
+        for part in [Path(entry) for entry in os.scandir(folder) if _PART.fullmatch(entry.name)]:
+            inside = list(part.iterdir())
+            if not all(part.name.startswith(_prefix(path)) and _is_like(path.name, patterns) for path in inside):
+                continue
+            with contextlib.suppress(BlockingIOError):
+                handle = _lock(part)
+                if handle is not None:
+                    shutil.rmtree(part, ignore_errors=True)
+                    os.close(handle)
+
+
+def _is_like(name: str, patterns: tuple[str, ...]) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
 
 def _clear(folder: Path, path: Path) -> None:

@@ -11,6 +11,7 @@ from magsim.compensation.context import LOG
 from magsim.compensation.runs import CHECKPOINT, RUN, Run, fingerprint
 from magsim.dataset import training_rows
 from magsim.errors import DataError, RequestError
+from magsim.storage.parts import part_folder
 from tests.support.worlds import World, calibration
 
 QUICK = {"steps": 4, "every": 2, "batch": 2, "hidden": (4,), "hold_out": "blocks", "learning_rate": 1e-3}
@@ -133,9 +134,14 @@ def test_a_run_that_was_broken_off_ends_as_one_without_a_break(training, tmp_pat
         train("run", break_at(phase, 2))
     assert (tmp_path / "run" / CHECKPOINT).is_dir()
     assert not (tmp_path / "run" / "compensator.json").exists()
+    with part_folder(tmp_path / "step_00000002.pt") as part:
+        killed = tmp_path / "run" / CHECKPOINT / phase.replace(" ", "_") / part.name
+    killed.mkdir()
+    (killed / "step_00000002.pt").write_text("half of a state, whose writer was killed")
     steps = []
     train("run", lambda report: steps.append((report.phase, report.step)), resume=True)
     assert steps[0] == (phase, 2)
+    assert not (tmp_path / "run" / CHECKPOINT).exists()
     assert contents(tmp_path / "run") == contents(tmp_path / "whole")
     assert Run.open(tmp_path / "run", made_of, resume=True).is_complete
 

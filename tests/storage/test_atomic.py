@@ -11,6 +11,7 @@ import pytest
 
 from magsim.errors import RequestError
 from magsim.storage import atomic_write, check_target
+from magsim.storage.parts import remove_leftovers_in
 
 
 def names(folder: Path) -> list[str]:
@@ -160,6 +161,20 @@ def test_a_leftover_with_a_foreign_file_stays(tmp_path, writing):
     atomic_write(tmp_path / "a.txt", lambda path: path.write_text("whole"))
     assert names(tmp_path) == [left.name, "a.txt"]
     assert names(left) == ["a.txt", "theirs"]
+
+
+def test_leftovers_of_files_whose_names_match_are_removed(tmp_path, writing):
+    processes = {name: writing(name) for name in ("step_1.pt", "step_2.pt", "best.pt", "step_3.pt")}
+    for name in ("step_1.pt", "best.pt", "step_3.pt"):
+        processes[name].kill()
+        processes[name].wait()
+    for part in tmp_path.iterdir():
+        if "step_3.pt" in names(part):
+            (part / "theirs").write_text("x")
+    (tmp_path / ".mine.part").mkdir()
+    remove_leftovers_in(tmp_path, "step_*")
+    left = [names(tmp_path / name) for name in names(tmp_path)]
+    assert sorted(left) == [[], ["best.pt"], ["step_2.pt"], ["step_3.pt", "theirs"]]
 
 
 def test_simultaneous_writers_of_one_target_do_not_remove_each_others_folders(tmp_path):
