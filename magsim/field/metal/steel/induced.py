@@ -137,12 +137,18 @@ def charge_field(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.n
     points : (p, 3) [m]
         Off the triangles. Each is worked on alone, so that its bits do not depend on the others.
     """
-    return np.stack([-np.einsum("ti,tk->ik", gradient(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
+    out = np.empty((len(points), 3, charge.shape[1]))
+    for number, p in enumerate(points):
+        out[number] = -np.einsum("ti,tk->ik", gradient(panels, p[None])[0], charge) / (4.0 * np.pi)
+    return out
 
 
 def charge_gradient(panels: Panels, charge: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return the derivatives by the place of ``charge_field``, indexed (p, i, k, j) [A/m^2]."""
-    return np.stack([-np.einsum("tij,tk->ikj", hessian(panels, p[None])[0], charge) / (4.0 * np.pi) for p in points])
+    out = np.empty((len(points), 3, charge.shape[1], 3))
+    for number, p in enumerate(points):
+        out[number] = -np.einsum("tij,tk->ikj", hessian(panels, p[None])[0], charge) / (4.0 * np.pi)
+    return out
 
 
 @dataclass(frozen=True)

@@ -92,3 +92,9 @@ def test_a_space_that_is_too_small_is_refused(monkeypatch: pytest.MonkeyPatch) -
     bird = load_bird("bird")
     with pytest.raises(ValueError, match="cannot be told from 4 solutions"):
         load_steel(individual_of(bird, 1))
+
+
+def test_an_individual_of_which_no_place_is_asked_for_has_an_empty_response() -> None:
+    """A carrier all of whose instruments hang below it."""
+    vehicle = individual_of(load_aircraft("uav"), 3)
+    assert load_response(vehicle, mounts=()).induced.shape == (0, 3, 3)
