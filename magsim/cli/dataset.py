@@ -39,7 +39,7 @@ def build(  # noqa: PLR0917 - the options
 ) -> None:
     """Fly the recipe of data set NAME, write its files, and compare them with its manifest.
 
-    NAME is c208b_calibration, ladder_small, or the path of a folder of your own with a recipe.toml: ./mine. On the kind
+    NAME is c208b_calibration, or the path of a folder of your own with a recipe.toml: ./mine. On the kind
     of machine that made the manifest the files must be the same in every byte, on another kind within 1e-4 nT; the last
     line states which of the two applies. Otherwise the exit code is 3, and nothing is written.
     """

@@ -62,7 +62,7 @@ def test_names_that_are_not_of_data_sets(here, capsys):
     for name, text in (
         (
             "c208b_calibratio",
-            "there is no data set 'c208b_calibratio'; allowed: c208b_calibration, ladder_small, or a folder",
+            "there is no data set 'c208b_calibratio'; allowed: c208b_calibration, or a folder",
         ),
         ("./no", "./no: there is no such folder with a recipe.toml; allowed: "),
         ("./Bad-Name", "Bad-Name/recipe.toml:2: title: the folder's name 'Bad-Name' cannot name a data set"),

@@ -20,7 +20,7 @@ from magsim.storage.machine import differences, fingerprint
 
 RENEW = "run: magsim dataset build {} --renew --force"
 
-NAMES = ("c208b_calibration", "ladder_small")
+NAMES = ("c208b_calibration",)
 
 
 def test_they_are_listed(capsys):
@@ -67,30 +67,6 @@ def test_a_manifest_states_the_kind_of_machine_and_nothing_private(name):
     assert not any("/" in value for value in manifest.made_on.values())
 
 
-def test_levels_are_level_0_with_one_group_more_and_level_6_is_all():
-    shards = {shard.name: set(shard.set_) for shard in load_recipe("ladder_small").recipe.shards}
-    assert list(shards) == [f"level_{i}" for i in range(7)]
-    assert shards["level_0"] == set()
-    groups = [shards[f"level_{i}"] for i in range(1, 6)]
-    assert all(groups)
-    assert sum(map(len, groups)) == len(set().union(*groups))
-    assert shards["level_6"] == set().union(*groups)
-
-
-def test_training_and_test_flights_of_the_ladder_are_in_one_world():
-    folder = assets.dataset_dir("ladder_small")
-    train, test = (load_scenario(folder / f"{name}.toml").scenario for name in ("train", "test"))
-    assert (train.field, train.sensors, train.aircraft) == (test.field, test.sensors, test.aircraft)
-    assert (train.start.lat_deg, train.start.lon_deg, train.start.alt_m) == (
-        test.start.lat_deg,
-        test.start.lon_deg,
-        test.start.alt_m,
-    )
-    assert train.seed != test.seed
-    pairs = zip(train.pattern.maneuvers, test.pattern.maneuvers, strict=True)
-    assert all(one.axis == two.axis and one.amplitude_deg != two.amplitude_deg for one, two in pairs)
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_croissant_is_read_by_mlcroissant(name):
     import mlcroissant
@@ -118,7 +94,7 @@ def test_croissant_is_read_by_mlcroissant(name):
 
 
 def test_croissant_has_the_properties_that_its_specification_requires():
-    text = (assets.dataset_dir("ladder_small") / "croissant.json").read_text(encoding="utf-8")
+    text = (assets.dataset_dir("c208b_calibration") / "croissant.json").read_text(encoding="utf-8")
     whole = json.loads(text)
     required = {"@context", "@type", "conformsTo", "name", "description", "license", "url", "creator", "datePublished"}
     assert required <= set(whole)

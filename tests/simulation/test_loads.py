@@ -60,7 +60,7 @@ def with_training() -> list[str]:
     return names
 
 
-@pytest.mark.parametrize("name", [*with_training(), str(assets.dataset_dir("ladder_small") / "train.toml")])
+@pytest.mark.parametrize("name", with_training())
 def test_every_load_of_a_shipped_scenario_is_on_three_times_in_training_rows(name: str) -> None:
     for seed in range(5):
         loaded = load_scenario(name, ["field.electronics.enabled=true", f"seed={seed}"])
