@@ -8,17 +8,31 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy import signal
 
 from magsim import columns, signals
-from magsim.benchmark.anomaly import anomaly
 from magsim.benchmark.residuals import Judged, Residuals, pooled
+from magsim.benchmark.twins import PEAKS_NT, Twin, twin_of
 from magsim.compensation import Compensator
 from magsim.dataset import JudgedPiece, pieces_to_judge
 from magsim.errors import DataError, RequestError
 from magsim.recording import Recording
+from magsim.streams import stream
 
 NOISE_FLOOR = "noise_floor"
 """Name of the oracle, whose estimate is the noise-free label: what is left is the instrument."""
+
+
+class _Estimated(NamedTuple):
+    """Estimate of a piece, (n,), anomalies in the reading by height, and what they change of the estimate, (n, 3) [nT]."""
+
+    estimate: np.ndarray
+    injected: np.ndarray
+    change: np.ndarray
+
+    def take(self, rows: np.ndarray) -> "_Estimated":
+        """Return some rows."""
+        return _Estimated(*(values[rows] for values in self))
 
 
 def judge(
@@ -93,9 +107,13 @@ def _judge_piece(method: Compensator | None, piece: JudgedPiece, judged: Judged,
     """Return the residuals of each run of rows with a reading that is long enough for the filter."""
     whole = piece.whole
     after = whole.time_s >= whole.time_s[0] + warmup_s - 1e-9
-    estimated = _estimates(method, whole, judged, after)
-    runs = _runs(whole.time_s, piece.reads & after)
-    found = [_filtered(whole.take(run), piece.judged[run], estimated.take(run), judged) for run in runs]
+    return _of_piece(piece, _estimates(method, whole, judged, after), judged, after)
+
+
+def _of_piece(piece: JudgedPiece, estimated: _Estimated, judged: Judged, after: np.ndarray) -> list[Residuals]:
+    """Return the residuals of a piece: of each run of rows with a reading, after the warm-up, that is long enough."""
+    runs = _runs(piece.whole.time_s, piece.reads & after)
+    found = [_filtered(piece.whole.take(run), piece.judged[run], estimated.take(run), judged) for run in runs]
     return [residuals for residuals in found if residuals is not None]
 
 
@@ -108,21 +126,14 @@ def _runs(time_s: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
     return [run for run in runs if len(run) >= 2]
 
 
-class _Estimated(NamedTuple):
-    """Estimate of a piece, an anomaly in the reading, and what that changes of the estimate, (n,) [nT] each."""
-
-    estimate: np.ndarray
-    injected: np.ndarray
-    change: np.ndarray
-
-    def take(self, rows: np.ndarray) -> "_Estimated":
-        """Return some rows."""
-        return _Estimated(*(values[rows] for values in self))
-
-
 def _estimates(method: Compensator | None, whole: Recording, judged: Judged, after: np.ndarray) -> _Estimated:
-    """Return what a method makes of a piece; zero in the warm-up."""
-    injected, nothing = anomaly(whole.time_s), np.zeros(len(whole))
+    """Return what a method makes of a piece and of its twins; zero in the warm-up.
+
+    A method that does not read the scalar magnetometer is not asked for twins: of the anomaly it sees the fluxgate's share of a direction alone.
+    """
+    twins = [twin_of(whole, judged.sensor, stream(judged.seed, f"twin/{judged.recording}/{peak}"), peak) for peak in PEAKS_NT]
+    injected = np.stack([twin.injected for twin in twins], axis=1)
+    nothing = np.zeros_like(injected)
     if method is None:
         label = columns.INTERFERENCE.name(sensor=judged.sensor)
         if label not in whole:
@@ -132,10 +143,61 @@ def _estimates(method: Compensator | None, whole: Recording, judged: Judged, aft
     estimate = _estimate(method, whole, judged, after)
     if columns.MAG.pattern not in method.requires:
         return _Estimated(estimate, injected, nothing)
-    mag = columns.MAG.name(sensor=judged.sensor)
-    blind = whole.blind()
-    with_anomaly = replace(blind, data={**blind.data, mag: whole[mag] + injected})
-    return _Estimated(estimate, injected, _estimate(method, with_anomaly, judged, after) - estimate)
+    changed = [_estimate(method, twin.recording.blind(), judged, after) - estimate for twin in twins]
+    return _Estimated(estimate, injected, np.stack(changed, axis=1))
+
+
+def residuals_of(
+    recording: Recording,
+    *,
+    sensor: str,
+    estimate: np.ndarray,
+    twin: Twin,
+    twin_estimate: np.ndarray,
+    judged: Judged,
+    crop_s: float,
+) -> Residuals:
+    """Return what is left of the test rows of a recording, from estimates that were made elsewhere.
+
+    Parameters
+    ----------
+    recording : Recording
+        With truth, and the segment column ``split``.
+    sensor : str
+        The scalar magnetometer.
+    estimate : (n,) [nT]
+        Of its interference.
+    twin : Twin
+        Of the recording.
+    twin_estimate : (n,) [nT]
+        Of the interference, from the twin.
+    judged : Judged
+    crop_s : float [s]
+        Time at the start of each piece that does not count.
+
+    Raises
+    ------
+    RequestError
+        If there are no test rows.
+    DataError
+        If no test piece is long enough to be filtered.
+    """
+    pieces = pieces_to_judge(recording, sensor)
+    if not pieces:
+        msg = f"recording {recording.name!r} has no test rows: no row has split = test and a reading of {sensor!r}"
+        raise RequestError(msg)
+    mine = np.array([peak == twin.peak_nt for peak in PEAKS_NT], dtype=float)
+    whole = _Estimated(
+        estimate, twin.injected[:, None] * mine, (np.asarray(twin_estimate) - estimate)[:, None] * mine
+    )
+    kept = []
+    for piece in pieces:
+        rows = np.searchsorted(recording.time_s, piece.whole.time_s)
+        after = piece.whole.time_s >= piece.whole.time_s[0] + crop_s - 1e-9
+        kept += _of_piece(piece, whole.take(rows), judged, after)
+    if not kept:
+        raise _too_short(pieces, judged, crop_s)
+    return pooled(kept)
 
 
 def _estimate(method: Compensator, recording: Recording, judged: Judged, after: np.ndarray) -> np.ndarray:
@@ -147,6 +209,18 @@ def _estimate(method: Compensator, recording: Recording, judged: Judged, after: 
         msg = f"method {judged.method}: its estimate is not finite at {when:g} s, after its warm-up"
         raise DataError(msg)
     return np.where(after, estimate, 0.0)
+
+
+def fourth_difference(values: np.ndarray) -> np.ndarray:
+    """Return the fourth difference over 16, (n,); 0 at the two rows at each end, which have none.
+
+    Noise of a reading without any trend: contractors are asked for less than some hundredths of a nT (Coyle et al. 2014, Geological Survey
+    of Canada Open File 7660).
+    """
+    out = np.zeros(len(values))
+    if len(values) >= 5:
+        out[2:-2] = np.diff(values, 4) / 16.0
+    return out
 
 
 def _filtered(run: Recording, rows: np.ndarray, estimated: _Estimated, judged: Judged) -> Residuals | None:
@@ -162,6 +236,10 @@ def _filtered(run: Recording, rows: np.ndarray, estimated: _Estimated, judged: J
     def high(values: np.ndarray) -> np.ndarray:
         return signals.high_pass(values, rate_hz)[keep]
 
+    def slow(values: np.ndarray) -> np.ndarray:
+        level = signal.detrend(values)
+        return (level - signals.high_pass(level, rate_hz, signals.BAND_HZ[0]))[keep]
+
     reading = run[columns.MAG.name(sensor=judged.sensor)]
     estimate, injected, change = estimated
     out = {
@@ -174,12 +252,16 @@ def _filtered(run: Recording, rows: np.ndarray, estimated: _Estimated, judged: J
         "reading_high": high(reading),
         "compensated_high": high(reading - estimate),
         "far": signals.off_ends(run.time_s, signals.HIGH_PASS_EDGE_S)[keep].astype(float),
+        "fourth": fourth_difference(reading - estimate)[keep],
     }
-    clean = columns.CLEAN.name(sensor=judged.sensor)
+    clean, label = columns.CLEAN.name(sensor=judged.sensor), columns.INTERFERENCE.name(sensor=judged.sensor)
     if clean in run:
         interference = reading - run[clean]
         error = interference - estimate
-        out |= {"interference": band(interference), "error": band(error), "error_raw": error[keep]}
+        out |= {"interference": band(interference), "error": band(error), "slow": slow(error)}
+        out |= {"interference_raw": interference[keep], "error_raw": error[keep]}
+        if label in run:
+            out["floor"] = band(interference - run[label])
     for name, family in (
         ("heading_deg", columns.LEG_HEADING),
         ("maneuver", columns.MANEUVER),

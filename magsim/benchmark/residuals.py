@@ -11,6 +11,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from magsim.arrays import readonly
+from magsim.benchmark.twins import PEAKS_NT
 from magsim.errors import DataError
 from magsim.files import first_bytes
 from magsim.recording.segments import NamedRows, cells, headings_and_maneuvers
@@ -18,6 +19,10 @@ from magsim.storage import atomic_write
 
 MAX_BYTES = 2**31
 """Largest file of residuals that is read."""
+
+
+TWINS = ("injected", "change")
+"""Signals with a column for each height of anomaly."""
 
 
 @dataclass(frozen=True)
@@ -62,16 +67,23 @@ class Residuals:
         Number of the piece that a row was filtered with.
     reading, compensated : (n,) [nT]
         In band.
-    injected, change : (n,) [nT]
-        In band: an anomaly that was added to the reading, and what it changes in the compensated reading.
+    injected, change : (n, 3) [nT]
+        In band: anomalies of the heights ``PEAKS_NT`` that were added to the reading, and what they change in the
+        compensated reading; zero where there were none.
     reading_high, compensated_high : (n,) [nT]
         Above 0.03 Hz.
     far : (n,)
         1 where a row is far enough from the ends for that high-pass.
+    fourth : (n,) [nT]
+        Fourth difference of the compensated reading over 16, unfiltered: what surveys are checked by.
     interference, error : (n,) [nT], optional
         In band; None without truth.
-    error_raw : (n,) [nT], optional
-        Unfiltered error.
+    floor : (n,) [nT], optional
+        In band: what a perfect estimate would leave, the instrument's own error.
+    interference_raw, error_raw : (n,) [nT], optional
+        Unfiltered.
+    slow : (n,) [nT], optional
+        Error below the band, 0.1 Hz, without a straight line over what was filtered with it.
     heading_deg, maneuver, turn : (n,), optional
         NamedRows columns of the recording.
     """
@@ -86,9 +98,13 @@ class Residuals:
     reading_high: np.ndarray
     compensated_high: np.ndarray
     far: np.ndarray
+    fourth: np.ndarray
     interference: np.ndarray | None = None
     error: np.ndarray | None = None
+    floor: np.ndarray | None = None
+    interference_raw: np.ndarray | None = None
     error_raw: np.ndarray | None = None
+    slow: np.ndarray | None = None
     heading_deg: np.ndarray | None = None
     maneuver: np.ndarray | None = None
     turn: np.ndarray | None = None
@@ -96,8 +112,9 @@ class Residuals:
     def __post_init__(self) -> None:
         rows = len(self.time_s)
         for name, values in self._signals().items():
-            if np.shape(values) != (rows,):
-                msg = f"{name} of residuals has shape {np.shape(values)}, expected {(rows,)}"
+            shape = (rows, len(PEAKS_NT)) if name in TWINS else (rows,)
+            if np.shape(values) != shape:
+                msg = f"{name} of residuals has shape {np.shape(values)}, expected {shape}"
                 raise ValueError(msg)
             object.__setattr__(self, name, readonly(values))
 
@@ -110,7 +127,7 @@ class Residuals:
         return {name: values for name, values in found.items() if values is not None}
 
     def has(self, name: str) -> bool:
-        """Whether a signal is known; ``far`` if any row has it, ``cells`` if there are any."""
+        """Whether a signal is known; ``far`` and anomalies if any row has them, ``cells`` if there are any."""
         if name == "cells":
             return bool(self.cells)
         values = getattr(self, name)

@@ -262,7 +262,8 @@ def test_without_truth_only_the_papers_scores(recording):
     report = evaluate(survey, ["none", "tl16_measured", "noise_floor"])
     assert report.methods == ("none", "tl16_measured")
     found = {row.metric for row in report.rows}
-    assert found == {"std_paper_nt", "ir_paper", "ir_003", "fom_paper_nt", "peak_paper_nt", "gain"}
+    papers = {"std_paper_nt", "ir_paper", "ir_003", "fom_paper_nt", "peak_paper_nt", "fourth_nt"}
+    assert found == papers | {"gain", "gain_0.1", "gain_1", "gain_20", "distortion"}
     assert report.value("tl16_measured", "ir_paper") > 50.0
     assert "recording 'world' has no label and truth for the row noise_floor" in report.notes
     assert "note: recording 'world' has no truth" in report.to_text()

@@ -7,9 +7,10 @@ import pytest
 
 from magsim import columns, signals
 from magsim.benchmark import NOISE_FLOOR, Judged, judge
-from magsim.benchmark.anomaly import anomaly
+from magsim.benchmark.twins import PEAKS_NT, twin_of
 from magsim.compensation import create
 from magsim.errors import DataError, RequestError
+from magsim.streams import stream
 from tests.support.methods import Stub, stub, with_dropouts, without, zeros
 from tests.support.worlds import World, calibration
 
@@ -29,6 +30,13 @@ def test_rows(recording):
 def smooth(recording):
     reading = recording["mag_cabin_nt"]
     return reading - reading.mean()
+
+
+def injected(recording, seed=0):
+    """Return the anomalies of the three twins, (n, 3)."""
+    rngs = [stream(seed, f"twin/{recording.name}/{peak}") for peak in PEAKS_NT]
+    twins = [twin_of(recording, "cabin", rng, peak) for rng, peak in zip(rngs, PEAKS_NT, strict=True)]
+    return np.stack([twin.injected for twin in twins], axis=1)
 
 
 def test_signals_are_those_of_the_definition(recording, test_rows):
@@ -52,8 +60,11 @@ def test_signals_are_those_of_the_definition(recording, test_rows):
         "interference": band(reading - clean),
         "error": band(reading - clean - estimate),
         "error_raw": (reading - clean - estimate)[keep],
-        "injected": band(anomaly(recording.time_s)),
-        "change": band(anomaly(recording.time_s)),
+        "injected": band(injected(recording, seed=5)),
+        "change": band(injected(recording, seed=5)),
+        "fourth": np.convolve(reading - estimate, np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 16.0, mode="same")[keep],
+        "floor": band(reading - clean - recording["interference_cabin_nt"]),
+        "interference_raw": (reading - clean)[keep],
         "reading_high": signals.high_pass(reading, recording.rate_hz)[keep],
         "compensated_high": signals.high_pass(reading - estimate, recording.rate_hz)[keep],
         "far": (recording.time_s[keep] <= recording.time_s[-1] - 60.0 + 1e-9).astype(float),
@@ -78,14 +89,16 @@ def test_a_method_sees_blind_rows_up_to_the_last_test_row(recording):
     method = stub().fit(recording)
     cut = recording.take(slice(0, 12_000))
     judge(method, replace(cut, data={**cut.data, "split": np.where(cut.time_s < 1100.0, cut["split"], 0.0)}))
-    assert len(method.seen) == 2
+    # once as it was flown, once with anomalies of each height in the reading
+    assert len(method.seen) == 4
     for seen in method.seen:
         assert set(seen.data) == {"mag_cabin_nt"}
         assert set(seen.meta) <= {"start_utc"}
         np.testing.assert_array_equal(seen.time_s, recording.time_s[:11_000])
-    # once as it was flown, once with the anomaly in the reading
-    injected = method.seen[1]["mag_cabin_nt"] - method.seen[0]["mag_cabin_nt"]
-    np.testing.assert_allclose(injected, anomaly(recording.time_s[:11_000]), rtol=0, atol=1e-6)
+    expected = injected(recording.take(slice(0, 11_000)))
+    for height, seen in enumerate(method.seen[1:]):
+        found = seen["mag_cabin_nt"] - method.seen[0]["mag_cabin_nt"]
+        np.testing.assert_allclose(found, expected[:, height], rtol=0, atol=1e-6)
 
 
 class Blind(Stub):

@@ -7,17 +7,20 @@ import pytest
 
 from magsim import signals
 from magsim.benchmark import METRICS, Judged, Metric, Residuals, judge, scores_of
-from magsim.benchmark.metrics import (
-    BY_NAME,
-    STANDARD,
-    WITH_TABLE,
+from magsim.benchmark.formulas import (
     anomaly_gain,
-    check_scores,
+    distortion,
+    excess_pt,
     figure_of_merit,
+    gain_at,
+    heading_dc,
+    r_squared,
     ratio,
     rms,
     std,
 )
+from magsim.benchmark.judging import fourth_difference
+from magsim.benchmark.metrics import BY_NAME, STANDARD, WITH_TABLE, check_scores
 from magsim.compensation import create
 from magsim.errors import RequestError
 from tests.support import scores
@@ -30,8 +33,9 @@ JUDGED = Judged("flight", "", "cabin", None, 0, "method")
 def residuals(values, **more):
     """Residuals whose signals are all the same, but for those that are given."""
     values = np.asarray(values, dtype=float)
-    names = ("reading", "compensated", "injected", "change", "reading_high", "compensated_high")
+    names = ("reading", "compensated", "reading_high", "compensated_high", "fourth")
     table = {"time_s": np.arange(len(values)) / RATE, "piece": np.zeros(len(values)), "far": np.ones(len(values))}
+    table |= dict.fromkeys(("injected", "change"), np.zeros((len(values), 3)))
     return Residuals(JUDGED, **table | dict.fromkeys(names, values) | more)
 
 
@@ -114,12 +118,61 @@ def test_ratio_at_its_ends():
 
 
 def test_gain_is_the_share_of_an_anomaly_that_is_left():
-    injected = np.sin(np.arange(100.0))
-    assert anomaly_gain(residuals(injected, change=0.3 * injected)) == pytest.approx(0.3)
-    assert anomaly_gain(residuals(injected, change=0.3 * injected + np.cos(np.arange(100.0)))) == pytest.approx(
-        0.3, abs=0.02
-    )
+    wave = np.sin(np.arange(100.0))
+    injected = np.stack([0.1 * wave, wave, 0.0 * wave], axis=1)
+
+    def found(change):
+        return residuals(wave, injected=injected, change=change)
+
+    share = found(injected * [0.3, 0.9, 1.0])
+    assert [gain_at(share, height) for height in (0, 1)] == pytest.approx([0.3, 0.9])
+    assert np.isnan(gain_at(share, 2))
+    # the worst of those that there are
+    assert anomaly_gain(share) == pytest.approx(0.3)
+    assert BY_NAME["gain_1"].of(share) == pytest.approx(0.9)
+    beside = found(injected + np.cos(np.arange(100.0))[:, None])
+    assert gain_at(beside, 1) == pytest.approx(1.0, abs=0.02)
     assert np.isnan(anomaly_gain(residuals(np.zeros(5))))
+
+
+def test_distortion_is_what_is_no_copy_of_the_anomaly():
+    wave = np.sin(2.0 * np.pi * np.arange(100.0) / 20.0)
+    beside = np.cos(2.0 * np.pi * np.arange(100.0) / 20.0)
+    injected = np.stack([wave, 20.0 * wave, 0.0 * wave], axis=1)
+    share = residuals(wave, injected=injected, change=0.5 * injected)
+    assert distortion(share) == pytest.approx(0.0, abs=1e-12)
+    # a quarter of it, a quarter of a period late; rows at its zeros are not near
+    late = residuals(wave, injected=injected, change=injected + np.stack([0.25 * beside, 0.0 * wave, 0.0 * wave], axis=1))
+    near = np.abs(wave) > 1e-3
+    assert distortion(late) == pytest.approx(0.25 * rms(beside[near]) / rms(wave[near]))
+    assert np.isnan(distortion(residuals(wave)))
+
+
+def test_excess_is_what_the_instrument_does_not_explain():
+    rng = np.random.default_rng(1)
+    floor, own = rng.normal(size=(2, 10_000))
+    own -= floor * (own @ floor) / (floor @ floor)
+    found = residuals(floor, error=0.003 * floor + 0.004 * own, floor=0.003 * floor)
+    assert excess_pt(found) == pytest.approx(4.0, rel=0.05)
+    assert excess_pt(residuals(floor, error=0.002 * floor, floor=0.003 * floor)) == 0.0
+
+
+def test_scores_of_the_whole_error():
+    interference = np.array([3.0, -1.0, 5.0, 1.0])
+    found = residuals(interference, interference_raw=interference, error_raw=np.array([0.5, 0.5, -0.5, 0.5]))
+    assert r_squared(found) == pytest.approx(1.0 - 1.0 / 20.0)
+    assert BY_NAME["ir_pp"].of(found) == 6.0
+    legs = {"heading_deg": np.array([0.0, 0.0, 90.0, 90.0]), "turn": np.zeros(4), "maneuver": np.zeros(4)}
+    turned = residuals(interference, error_raw=np.array([0.5, 0.7, -0.5, 0.5]), **legs)
+    assert heading_dc(turned) == pytest.approx(0.6)
+
+
+def test_the_fourth_difference_of_noise_has_its_published_size():
+    """Of white noise: the root of 70, the sum of the squares of 1, 4, 6, 4, 1, over 16."""
+    noise = np.random.default_rng(0).normal(size=200_000)
+    assert np.std(fourth_difference(noise)) == pytest.approx(np.sqrt(70.0) / 16.0, rel=0.01)
+    cubic = np.polynomial.Polynomial([1.0, -2.0, 0.3, 0.01])(np.arange(50.0))
+    assert np.abs(fourth_difference(cubic)).max() < 1e-9
 
 
 def flight(seconds=600.0):
@@ -174,8 +227,9 @@ def test_every_metric_is_whole():
     """A name with its unit as suffix, a unit, a meaning, and one function of residuals."""
     assert len(BY_NAME) == len(METRICS)
     for metric in METRICS:
-        assert metric.unit in ("nT", "1")
-        assert metric.name.endswith("_nt") == (metric.unit == "nT")
+        assert metric.unit in ("nT", "pT", "1")
+        for unit in ("nT", "pT"):
+            assert metric.name.endswith(f"_{unit.lower()}") == (metric.unit == unit)
         assert len(metric.meaning) > 10
         assert metric.better in ("less", "more", "one")
         assert set(metric.needs) <= {*Residuals.__dataclass_fields__, "cells"}
@@ -214,13 +268,24 @@ def test_scores_of_all_test_rows_are_those_of_the_definition(judged):
     interference = reading - test["clean_cabin_nt"]
     error, compensated = interference - estimate, reading - estimate
     keep = scores.off_ends(len(test), rate_hz)
+    noise = interference - test["interference_cabin_nt"]
+    line = np.polynomial.Polynomial.fit(test.time_s, error, 1)
+    level = error - line(test.time_s)
+    heading, straight = test["leg_heading_deg"][keep], test["turn"][keep] == 0.0
     expected = {
         "std_nt": scores.band_std(error, rate_hz),
         "ir": scores.improvement_ratio(interference, error, rate_hz),
         "rmse_nt": scores.rmse(error[keep]),
         "rmse0_nt": np.std(error[keep]),
         "fom_nt": sum(scores.peaks(band(error, rate_hz), test["leg_heading_deg"][keep], test["maneuver"][keep])),
-        "gain": 1.0,
+        "excess_pt": 1e3 * np.sqrt(scores.band_std(error, rate_hz) ** 2 - scores.band_std(noise, rate_hz) ** 2),
+        "slow_nt": np.std((level - signals.high_pass(level, rate_hz, 0.1))[keep]),
+        "heading_dc_nt": np.ptp([error[keep][straight & (heading == course)].mean() for course in (0, 90, 180, 270)]),
+        "r2": 1.0 - np.sum(error[keep] ** 2) / np.sum((interference[keep] - interference[keep].mean()) ** 2),
+        "ir_pp": np.ptp(interference[keep]) / np.ptp(error[keep]),
+        "fourth_nt": np.std(np.diff(np.pad(compensated, 2), 4)[keep] / 16.0),
+        **dict.fromkeys(("gain", "gain_0.1", "gain_1", "gain_20"), 1.0),
+        "distortion": 0.0,
         "std_paper_nt": scores.band_std(compensated, rate_hz),
         "ir_paper": scores.improvement_ratio(reading, compensated, rate_hz),
         "ir_003": scores.ir_003(reading, compensated, rate_hz),
@@ -230,7 +295,7 @@ def test_scores_of_all_test_rows_are_those_of_the_definition(judged):
     }
     assert {metric for part, metric in found if part == "test"} == set(expected)
     for name, value in expected.items():
-        assert found["test", name] == pytest.approx(value, rel=1e-9), name
+        assert found["test", name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
 
 
 def test_scores_of_parts_are_those_of_their_rows(judged):

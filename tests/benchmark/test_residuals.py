@@ -17,14 +17,17 @@ from tests.support.worlds import World, calibration
 
 JUDGED = Judged("flight", "a.h5", "cabin", 3, 7, "tl16")
 REQUIRED = (
-    "time_s", "piece", "reading", "compensated", "injected", "change", "reading_high", "compensated_high", "far",
+    "time_s", "piece", "reading", "compensated", "injected", "change", "reading_high", "compensated_high", "far", "fourth",
 )  # fmt: skip
-OPTIONAL = ("interference", "error", "error_raw", "heading_deg", "maneuver", "turn")
+OPTIONAL = (
+    "interference", "error", "floor", "interference_raw", "error_raw", "slow", "heading_deg", "maneuver", "turn",
+)  # fmt: skip
 
 
 def made(rows=5, seed=0, names=REQUIRED + OPTIONAL, judged=JUDGED, **more):
     rng = np.random.default_rng(seed)
     table = {name: rng.normal(size=rows) for name in names}
+    table |= {name: rng.normal(size=(rows, 3)) for name in names if name in ("injected", "change")}
     table |= {name: rng.integers(0, 4, rows).astype(float) for name in names if name in ("maneuver", "turn")}
     return Residuals(judged, **table | {"piece": np.zeros(rows), "far": np.ones(rows)} | more)
 

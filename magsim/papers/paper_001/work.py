@@ -7,7 +7,8 @@ import numpy as np
 
 from magsim import columns
 from magsim.benchmark import judge
-from magsim.benchmark.metrics import BY_NAME, ratio, std
+from magsim.benchmark.formulas import ratio, std
+from magsim.benchmark.metrics import BY_NAME
 from magsim.compensation import Compensator, FitContext
 from magsim.compensation.registry import create
 from magsim.papers.paper import Effort, Found, PaperFlight, Surroundings, Task

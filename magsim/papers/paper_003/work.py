@@ -9,7 +9,8 @@ import numpy as np
 
 from magsim import columns
 from magsim.benchmark import judge
-from magsim.benchmark.metrics import ratio, rms, scores_of, std
+from magsim.benchmark.formulas import ratio, rms, std
+from magsim.benchmark.metrics import scores_of
 from magsim.compensation import Compensator, FitContext, create
 from magsim.dataset import training_rows
 from magsim.papers.paper import Effort, Found, PaperFlight, Surroundings, Task

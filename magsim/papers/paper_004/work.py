@@ -8,7 +8,8 @@ import numpy as np
 
 from magsim import columns
 from magsim.benchmark import judge
-from magsim.benchmark.metrics import BY_NAME, std
+from magsim.benchmark.formulas import std
+from magsim.benchmark.metrics import BY_NAME
 from magsim.compensation import Compensator, FitContext
 from magsim.compensation.networks import SubnetworksCompensator
 from magsim.compensation.registry import create

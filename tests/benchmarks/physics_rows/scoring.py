@@ -9,7 +9,7 @@ import numpy as np
 
 from magsim import columns, signals
 from magsim.benchmark import Residuals, judge
-from magsim.benchmark.metrics import anomaly_gain, std
+from magsim.benchmark.formulas import anomaly_gain, std
 from magsim.compensation import Compensator, make
 from magsim.dataset import pieces_to_judge
 from magsim.recording import Recording

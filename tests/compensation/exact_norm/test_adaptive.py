@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magsim.benchmark import judge
-from magsim.benchmark.metrics import anomaly_gain
+from magsim.benchmark.formulas import anomaly_gain
 from magsim.compensation import create
 from magsim.signals import in_band
 from tests.support.inertial import flown

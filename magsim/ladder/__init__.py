@@ -1,0 +1,1 @@
+"""The benchmark on known truth: levels of difficulty, sets of flights, tracks, and the board of all methods."""

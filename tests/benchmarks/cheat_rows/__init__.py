@@ -1,0 +1,1 @@
+"""Methods that want to win without being right, and how the ladder judges them."""
