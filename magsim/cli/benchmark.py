@@ -3,11 +3,13 @@
 import re
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from magsim.benchmark.metrics import STANDARD, WITH_TABLE
+from magsim.cli.ladder import LadderOptions, run_ladder, with_ladder_options
+from magsim.errors import RequestError
 
 if TYPE_CHECKING:
     from magsim.benchmark import Report
@@ -21,14 +23,17 @@ DEFAULT = "none,tl16,tl18,noise_floor"
 @click.option(
     "--methods",
     metavar="LIST",
-    default=DEFAULT,
-    show_default=True,
     help="Names of methods, name:key=value:... for settings, your own classes as my_file.py:MyMethod, and folders of "
-    "trained runs, with commas between them; all: every method that the recordings suffice for.",
+    "trained runs, with commas between them; all: every method that the "
+    f"recordings suffice for. Default {DEFAULT}; on the ladder all closed forms and two networks.",
 )
 @click.option("--quick", is_flag=True, help="Networks for a first look: the preset quick of methods that have one.")
 @click.option("--sensor", metavar="NAME", help="Scalar magnetometer; default the first one.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the fits.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    help="Seed of the fits, default 0; with --ladder that of its sets, by default the public one.",
+)
 @click.option(
     "--scores",
     metavar="LIST",
@@ -44,17 +49,19 @@ DEFAULT = "none,tl16,tl18,noise_floor"
 )
 @click.option("--force", is_flag=True, help="Replace an existing report.")
 @click.option("-q", "--quiet", is_flag=True, help="Show no progress.")
+@with_ladder_options
 def benchmark(  # noqa: PLR0917 - the options
     recordings: tuple[Path, ...],
-    methods: str,
+    methods: str | None,
     quick: bool,
     sensor: str | None,
-    seed: int,
+    seed: int | None,
     scores: str | None,
     as_json: bool,
     output: Path | None,
     force: bool,
     quiet: bool,
+    **asked: Any,
 ) -> None:
     """Fit methods on the training rows of RECORDINGS and judge them on the test rows, against the truth.
 
@@ -65,7 +72,19 @@ def benchmark(  # noqa: PLR0917 - the options
     from magsim.benchmark import evaluate
     from magsim.benchmark.metrics import check_scores
 
-    chosen = _methods(methods)
+    options = LadderOptions(**asked)
+    if options.ladder:
+        if recordings or sensor or scores or force:
+            msg = "--ladder flies its own recordings; RECORDINGS, --sensor, --scores and --force do not go with it"
+            raise RequestError(msg)
+        named = None if methods is None else _listed(methods)
+        run_ladder(options, named, seed=seed, quick=quick, output=output, as_json=as_json, quiet=quiet)
+        return
+    if options.given:
+        msg = f"{', '.join(options.given)} is for the ladder; add --ladder"
+        raise RequestError(msg)
+    seed = seed or 0
+    chosen = _methods(methods or DEFAULT)
     tables = None if scores is None else [score.strip() for score in scores.split(",") if score.strip()]
     if tables is not None:
         check_scores(tables)
@@ -78,17 +97,21 @@ def benchmark(  # noqa: PLR0917 - the options
     click.echo(report.to_json() if as_json else report.to_text(scores=tables), nl=False)
 
 
-def _methods(text: str) -> "list[str | Compensator | tuple[str, Compensator]]":
-    """Return methods of the registry as typed, and trained runs by their folders, named by their last part."""
-    from magsim.benchmark import ALL, NOISE_FLOOR
-    from magsim.compensation import load, make, names
-    from magsim.errors import RequestError
-
-    # a comma inside of brackets is one of a list: bp:hidden=[32,32]
+def _listed(text: str) -> list[str]:
+    """Return the methods of a list as typed; a comma inside of brackets is one of a list: ``bp:hidden=[32,32]``."""
     asked = [name.strip() for name in re.split(r",(?![^\[\]]*\])", text) if name.strip()]
     if not asked:
         msg = "--methods: no method is named"
         raise RequestError(msg)
+    return asked
+
+
+def _methods(text: str) -> "list[str | Compensator | tuple[str, Compensator]]":
+    """Return methods of the registry as typed, and trained runs by their folders, named by their last part."""
+    from magsim.benchmark import ALL, NOISE_FLOOR
+    from magsim.compensation import load, make, names
+
+    asked = _listed(text)
     known = (*names(), NOISE_FLOOR, ALL)
     files = [".py:" in name for name in asked]
     folders = [
@@ -117,7 +140,6 @@ def _last_part(name: str) -> str:
 
 
 def _check_folder(folder: Path, *, force: bool) -> None:
-    from magsim.errors import RequestError
     from magsim.storage import check_target
 
     try:

@@ -54,6 +54,8 @@ class Level(Strict):
         So much of a flight of the tests' individual is learned as well.
     site : {"", "elsewhere", "300 km"}
         Where the tests are flown.
+    boxes : int
+        Training flights that are learned from.
     foreign : bool
         The aircraft follows the laws of ``magsim.ladder.foreign``.
     family : {"", "strong"}
@@ -74,6 +76,7 @@ class Level(Strict):
     individual: Literal["", "other", "transferred"] = ""
     updated_s: float = Field(default=0.0, ge=0.0)
     site: Literal["", "elsewhere", "300 km"] = ""
+    boxes: int = Field(default=2, ge=1)
     foreign: bool = False
     family: Literal["", "strong"] = ""
 
@@ -172,5 +175,7 @@ def _whole(level: Level, base: Level | None, groups: Mapping[str, tuple[str, ...
         return level.model_copy(update={"set": own})
     inherited = base.model_dump(exclude={"name", "title", "note", "of", "groups", "set", "flights", "family"})
     given = {key: value for key, value in level.model_dump().items() if key in level.model_fields_set}
-    flights = {role: base.flights.get(role, ()) + level.flights.get(role, ()) for role in {**base.flights, **level.flights}}
+    flights = {
+        role: base.flights.get(role, ()) + level.flights.get(role, ()) for role in {**base.flights, **level.flights}
+    }
     return Level(**{**inherited, **given, "set": base.set + own, "flights": flights})

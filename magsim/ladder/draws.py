@@ -20,9 +20,11 @@ INCLINATIONS_DEG = ((20.0, 35.0), (35.0, 50.0), (50.0, 65.0), (65.0, 80.0))
 FIRST_DAY, DAYS = datetime(2020, 1, 1, tzinfo=UTC), 3650
 """Dates, within the years of IGRF-14."""
 
-CRUISE_MPS = 75.0
 LINE_M = 22_000.0
 EARTH_M = 6_371_000.0
+
+TAG_S = 0.05
+"""How early other instruments are by the clock of a counter that tags the end of its window of 0.1 s [s]."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +102,7 @@ def _moved(rng: np.random.Generator, site: Site, distance_m: float) -> Site:
     """Return the place in a drawn direction on the sphere."""
     bearing, arc, lat = rng.uniform(0.0, 2.0 * np.pi), distance_m / EARTH_M, np.radians(site.lat_deg)
     there = np.arcsin(np.sin(lat) * np.cos(arc) + np.cos(lat) * np.sin(arc) * np.cos(bearing))
-    turn = np.arctan2(
-        np.sin(bearing) * np.sin(arc) * np.cos(lat), np.cos(arc) - np.sin(lat) * np.sin(there)
-    )
+    turn = np.arctan2(np.sin(bearing) * np.sin(arc) * np.cos(lat), np.cos(arc) - np.sin(lat) * np.sin(there))
     lon = (site.lon_deg + np.degrees(turn) + 180.0) % 360.0 - 180.0
     return Site(round(float(np.degrees(there)), 4), round(float(lon), 4))
 
@@ -159,14 +159,17 @@ def _errors(rng: np.random.Generator) -> dict[str, object]:
     def signed(low: float, high: float, digits: int) -> list[float]:
         return [round(float(value), digits) for value in rng.uniform(low, high, 3) * rng.choice([-1.0, 1.0], 3)]
 
+    late = round(float(rng.uniform(0.03, 0.2)), 3)
+    ins_late = round(float(rng.uniform(0.02, 0.05) * rng.choice([-1.0, 1.0])), 3)
     return {
         "flux_offset": signed(10.0, 60.0, 1),
         "flux_scale": signed(0.002, 0.01, 5),
         "flux_angles": signed(0.1, 0.6, 3),
         "flux_mounting": signed(0.1, 0.8, 3),
-        "flux_late": round(float(rng.uniform(0.03, 0.2)), 3),
+        "flux_late": late,
+        "flux_late_by_tag": round(late - TAG_S, 3),
         "flux_pole": round(float(rng.uniform(1.0, 5.0)), 2),
-        "ins_late": round(float(rng.uniform(0.02, 0.05) * rng.choice([-1.0, 1.0])), 3),
+        "ins_late_by_tag": round(ins_late - TAG_S, 3),
         "flux_offset_drift": signed(0.1, 0.6, 2),
         "flux_scale_drift": signed(20.0, 100.0, 1),
         "cabin_start": round(float(rng.uniform(-5.0, 10.0)), 1),

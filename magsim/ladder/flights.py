@@ -103,7 +103,10 @@ def fly_set(
 
 
 def _orders(ladder: Ladder, level: Level, drawn: SetDraw, seed: int, *, later: bool) -> Iterator[_Order]:
+    training = [role for role, flight in ladder.flights.items() if not flight.test][: level.boxes]
     for role, flight in ladder.flights.items():
+        if not flight.test and role not in training:
+            continue
         yield _order(level, role, flight, "tests" if flight.test else "training", drawn, seed)
         if flight.test and later:
             yield _order(level, role, flight, "later", drawn, seed)

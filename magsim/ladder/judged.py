@@ -115,7 +115,7 @@ def judge_set(task: SetTask, report: Report = lambda _line: None) -> SetResult:
         flown = fly_set(ladder, levels, task.seed, task.number, later=later, report=report)
         for case in _cases(task, levels, tracks, flown):
             for entry, outcome, found in _judged(case, report):
-                entered.append(_entered(case, entry, outcome))
+                entered += [] if outcome is None else [_entered(case, entry, outcome)]
                 scores += _scores(case, entry.name, found)
                 path = f"{case.level.name}/{case.track.name}/{case.sensor}/{entry.name}"
                 errors |= {f"{path}/{role}": values for role, (_, values) in found.items()}
@@ -150,9 +150,11 @@ Found = Mapping[str, tuple[Residuals, np.ndarray]]
 
 def _judged(case: _Case, report: Report) -> Iterator[tuple[Entry, Outcome | None, Found]]:
     for name, baseline in BASELINES.items():
-        pairs = [(baseline(one.recording, case.sensor), baseline(one.twin.recording, case.sensor)) for one in case.tests]
+        pairs = [
+            (baseline(one.recording, case.sensor), baseline(one.twin.recording, case.sensor)) for one in case.tests
+        ]
         yield Entry(name, name), None, _residuals(case, name, pairs)
-    rounds = [[], []]
+    rounds: list[list[Recording]] = [[], []]
     for one in case.tests:
         both = [blind_of(case.track, recording, case.sensor) for recording in (one.recording, one.twin.recording)]
         for number, recording in enumerate(both if one.first else both[::-1]):
@@ -165,9 +167,7 @@ def _judged(case: _Case, report: Report) -> Iterator[tuple[Entry, Outcome | None
         if outcome.status != "ok":
             yield entry, outcome, {}
             continue
-        found = [
-            (a, b) if one.first else (b, a) for one, a, b in zip(case.tests, *outcome.estimates, strict=True)
-        ]
+        found = [(a, b) if one.first else (b, a) for one, a, b in zip(case.tests, *outcome.estimates, strict=True)]
         yield entry, outcome, _residuals(case, entry.name, found)
 
 
@@ -215,5 +215,24 @@ def _scores(case: _Case, method: str, found: Found) -> Iterator[Score]:
                 yield score(role, segment, metric_name, value)
 
 
-def _entered(case: _Case, entry: Entry, outcome: Outcome | None) -> Entered:
-    raise NotImplementedError
+def _entered(case: _Case, entry: Entry, outcome: Outcome) -> Entered:
+    costs = outcome.costs
+    return Entered(
+        case.track.name,
+        case.level.name,
+        case.task.number,
+        case.sensor,
+        entry.name,
+        outcome.status,
+        outcome.reason,
+        outcome.adapts,
+        outcome.pretrained,
+        outcome.requires,
+        outcome.learned,
+        costs.fit_cpu_s,
+        costs.fit_wall_s,
+        costs.estimate_us,
+        costs.peak_mb,
+        costs.state_bytes,
+        costs.parameters,
+    )

@@ -15,6 +15,8 @@ import numpy as np
 
 from magsim import __version__
 from magsim.benchmark.contest import Entry, Limits
+from magsim.compensation import make
+from magsim.compensation.saving import read_settings
 from magsim.errors import DataError, RequestError
 from magsim.generation.processes import run_all
 from magsim.ladder.board import Board, make_board
@@ -100,7 +102,8 @@ def run_ladder(
     for done, number in enumerate(run_all(partial(_do, folder), tasks, workers), 1):
         announce(f"set {number}: done, {done} of {len(missing)}")
     results = [read_set(_path(folder, number)) for number in range(settings.sets)]
-    board = make_board(head, ladder, [score for scores, _ in results for score in scores], [one for _, every in results for one in every])
+    scores = [score for found, _ in results for score in found]
+    board = make_board(head, ladder, scores, [one for _, every in results for one in every])
     board.write(folder)
     return board
 
@@ -168,6 +171,29 @@ def _write_errors(path: Path, result: SetResult) -> None:
     atomic_write(path, save, force=True)
 
 
+def check_entry(text: str) -> None:
+    """Refuse a method that there is not, before anything is flown; a file of the user's is not run here.
+
+    Raises
+    ------
+    RequestError
+    """
+    file = text.partition(":")[0]
+    if Path(text).is_dir():
+        read_settings(Path(text))
+    elif file.endswith(".py"):
+        if not Path(file).is_file() or ":" not in text:
+            msg = f"method {text}: allowed: a file that is there and a class in it, as my_file.py:MyMethod"
+            raise RequestError(msg)
+    else:
+        make(text)
+
+
 def entries_of(names: Sequence[str], *, quick: bool) -> tuple[Entry, ...]:
     """Return methods as they travel, named as they are typed; folders of runs by their last part."""
-    return tuple(Entry(name if not Path(name).is_dir() else Path(name).name, name, quick) for name in names)
+    entries = tuple(Entry(name if not Path(name).is_dir() else Path(name).name, name, quick) for name in names)
+    shown = [entry.name for entry in entries]
+    if len(set(shown)) < len(shown):
+        msg = f"two methods are called {', '.join(sorted({name for name in shown if shown.count(name) > 1}))}"
+        raise RequestError(msg)
+    return entries

@@ -56,12 +56,23 @@ class Track:
     label: str
     later: bool = False
 
+    @property
+    def baseline(self) -> str:
+        """Return the method that all others are compared with."""
+        return "tl16_measured" if self.label == "none" else "tl16"
+
 
 TRACKS: Mapping[str, Track] = {
     track.name: track
     for track in (
         Track("no-labels", "all channels, no labels: what a survey has", (*CLASSIC, *INS, *CHANNELS), "none"),
-        Track("frozen", "no labels, calibrated once, flown on another day", (*CLASSIC, *INS, *CHANNELS), "none", later=True),
+        Track(
+            "frozen",
+            "no labels, calibrated once, flown on another day",
+            (*CLASSIC, *INS, *CHANNELS),
+            "none",
+            later=True,
+        ),
         Track("classic", "scalar magnetometer and fluxgate; noise-free labels", CLASSIC, "truth"),
         Track("closed", "with INS, barometer and radar; noise-free labels", (*CLASSIC, *INS), "truth"),
         Track("open", "all channels; noise-free labels", (*CLASSIC, *INS, *CHANNELS), "truth"),
@@ -129,7 +140,9 @@ def _labeled_by_stinger(recordings: Sequence[Recording], sensor: str) -> list[Re
     So the label has the noise of both magnetometers, what the stinger's compensation leaves, and the background's
     difference between the two places.
     """
-    own = [replace(one, data={k: v for k, v in one.data.items() if columns.role_of(k) != "label"}) for one in recordings]
+    own = [
+        replace(one, data={k: v for k, v in one.data.items() if columns.role_of(k) != "label"}) for one in recordings
+    ]
     method = create("tl16_measured").fit(own, sensor=REFERENCE)
     out = []
     for recording in recordings:

@@ -29,7 +29,11 @@ def test_every_level_of_the_benchmark_is_there():
 
 def test_a_level_has_what_it_begins_with():
     base = Level(name="A", title="a", set=("x=1",), flights={"line": ("y=1",)}, sensors=("stinger",), widths=True)
-    level = _whole(Level(name="B", title="b", of="A", groups=("g",), set=("x=3",), flights={"line": ("y=2",)}), base, {"g": ("x=2",)})
+    level = _whole(
+        Level(name="B", title="b", of="A", groups=("g",), set=("x=3",), flights={"line": ("y=2",)}),
+        base,
+        {"g": ("x=2",)},
+    )
     assert level.set == ("x=1", "x=2", "x=3")
     assert level.flights == {"line": ("y=1", "y=2")}
     assert (level.name, level.sensors, level.widths, level.note) == ("B", ("stinger",), True, "")

@@ -20,7 +20,9 @@ def ladder():
     line = "pattern={{kind='straight', leg_m=6000.0}}"
     flights = {
         "train_1": whole.flights["train_1"],
-        "line": Flight(set=(line, "recording={{rate_hz=10, split='test'}}", "start.heading_deg={heading_line}"), test=True),
+        "line": Flight(
+            set=(line, "recording={{rate_hz=10, split='test'}}", "start.heading_deg={heading_line}"), test=True
+        ),
     }
     return Ladder(whole.name, whole.title, flights, whole.levels, whole.quick, whole.networks, whole.texts)
 
