@@ -81,6 +81,6 @@ def test_every_metric_is_on_the_page_with_its_unit_and_meaning():
     table = [
         line
         for line in text.splitlines()
-        if re.match(r"\| `\w+` \| (nT|1) \| .* \| (small|large|close to 1) \|$", line)
+        if re.match(r"\| `[\w.]+` \| (nT|pT|1) \| .* \| (small|large|close to 1) \|$", line)
     ]
     assert table == rows

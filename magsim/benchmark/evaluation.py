@@ -7,7 +7,7 @@ from functools import partial
 from typing import TypeVar
 
 from magsim import __version__, columns, signals
-from magsim.benchmark.judging import NOISE_FLOOR, judge
+from magsim.benchmark.judging import LONGEST_WARMUP_S, NOISE_FLOOR, judge
 from magsim.benchmark.methods import Method, NamedMethod, named_methods
 from magsim.benchmark.report import Report, rows_of
 from magsim.benchmark.rows import Fit, Row
@@ -56,7 +56,8 @@ def evaluate(
     Raises
     ------
     RequestError
-        If a method, the sensor, a column, the training rows or the test rows are missing.
+        If a method, the sensor, a column, the training rows or the test rows are missing, or a method declares a
+        warm-up of more than 60 s.
     DataError
         If a part is too short to be filtered, or an estimate is not what it must be.
     """
@@ -87,6 +88,23 @@ def _fitted_sensor(named: Sequence[NamedMethod], sensor: str | None) -> str | No
 def _warmup_s(methods: Sequence[NamedMethod]) -> float:
     """Return the longest warm-up of all methods [s]: all are judged on the same rows."""
     return max([0.0, *(one.compensator.warmup_s for one in methods if one.compensator is not None)])
+
+
+def _check_warmup(one: NamedMethod) -> None:
+    """Refuse a method whose warm-up would take too many rows from all others."""
+    warmup_s = 0.0 if one.compensator is None else one.compensator.warmup_s
+    if not 0.0 <= warmup_s <= LONGEST_WARMUP_S:
+        msg = f"method {one.name} declares a warm-up of {warmup_s:g} s; allowed: 0 to {LONGEST_WARMUP_S:g} s"
+        raise RequestError(msg)
+
+
+def _own_copy(training: Training) -> Training:
+    """Return training rows for one method: what it does to them does not reach the next.
+
+    Columns are shared, since nothing can write to them.
+    """
+    recordings = tuple(replace(recording) for recording in training.recordings)
+    return replace(training, recordings=recordings, valid=tuple(mask.copy() for mask in training.valid))
 
 
 class _Evaluation:
@@ -154,15 +172,18 @@ class _Evaluation:
 
     def _fit(self, one: NamedMethod, group: Group, training: Training | None) -> NamedMethod:
         """Return a fitted method: as it came, or a copy that is fitted on the group's training rows."""
+        _check_warmup(one)
         if one.compensator is None or one.given or training is None:
             return one
         names = tuple(dict.fromkeys(recording.name for recording in training.recordings))
         self.progress(f"fitting {one.name}")
         started = time.process_time()
-        fitted = one.compensator.unfitted().fit_rows(training, FitContext(self.seed))
+        fitted = one.compensator.unfitted().fit_rows(_own_copy(training), FitContext(self.seed))
         self.fit_s[one.name, group.name] = time.process_time() - started
         self.fits.append(Fit(one.name, group.name, names, **training.rows, given=False))
-        return replace(one, compensator=fitted)
+        made = replace(one, compensator=fitted)
+        _check_warmup(made)  # that of a network follows from the rate of the rows
+        return made
 
     def _judge(self, fitted: Sequence[NamedMethod], info: FlightInfo, recording: Recording, sensor: str) -> None:
         """Score every method on one recording."""

@@ -57,7 +57,7 @@ NEAR = 1e-3
 
 
 def distortion(residuals: Residuals) -> float:
-    """Return how far the change departs from a copy of the anomaly, near anomalies, over the anomaly; the worst height."""
+    """Return how far the change departs from a copy of the anomaly, near anomalies and over them; the worst height."""
     found = []
     for number in range(len(PEAKS_NT)):
         injected, change = residuals.injected[:, number], residuals.change[:, number]
@@ -70,16 +70,22 @@ def distortion(residuals: Residuals) -> float:
 
 
 def excess_pt(residuals: Residuals) -> float:
-    """Return the error in band beyond the instrument's, as standard deviations are subtracted [pT]; 0 where it is below."""
+    """Return the error in band beyond the instrument's, by the difference of variances [pT]; 0 where there is none."""
     left, floor = std(known(residuals.error)), std(known(residuals.floor))
     return 1000.0 * float(np.sqrt(max(left**2 - floor**2, 0.0)))
 
 
 def heading_dc(residuals: Residuals) -> float:
-    """Return the largest minus the smallest mean error of the straight legs of a heading [nT]; NaN with fewer than two."""
+    """Return the largest minus the smallest mean error on straight legs over the headings [nT]; NaN of one heading."""
     raw = known(residuals.error_raw)
     means = [raw[one.rows].mean() for one in residuals.segments if one.name.startswith("heading")]
     return float(np.ptp(means)) if len(means) > 1 else float("nan")
+
+
+def slow_nt(residuals: Residuals) -> float:
+    """Return the standard deviation of the slow error, over the rows that have it [nT]."""
+    slow = known(residuals.slow)
+    return std(slow[np.isfinite(slow)])
 
 
 def r_squared(residuals: Residuals) -> float:

@@ -4,11 +4,9 @@ The truth is read here alone. A method sees blind copies: the inputs of the colu
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal
 
 from magsim import columns, signals
 from magsim.benchmark.residuals import Judged, Residuals, pooled
@@ -22,9 +20,12 @@ from magsim.streams import stream
 NOISE_FLOOR = "noise_floor"
 """Name of the oracle, whose estimate is the noise-free label: what is left is the instrument."""
 
+LONGEST_WARMUP_S = 60.0
+"""Longest warm-up that a method may declare [s]: rows that it takes are taken from all that are judged beside it."""
+
 
 class _Estimated(NamedTuple):
-    """Estimate of a piece, (n,), anomalies in the reading by height, and what they change of the estimate, (n, 3) [nT]."""
+    """Estimate of a piece, (n,), anomalies by height, and what they change of the estimate, (n, 3) [nT]."""
 
     estimate: np.ndarray
     injected: np.ndarray
@@ -127,11 +128,14 @@ def _runs(time_s: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
 
 
 def _estimates(method: Compensator | None, whole: Recording, judged: Judged, after: np.ndarray) -> _Estimated:
-    """Return what a method makes of a piece and of its twins; zero in the warm-up.
+    """Return what a method makes of a piece and of its three twins; zero in the warm-up.
 
-    A method that does not read the scalar magnetometer is not asked for twins: of the anomaly it sees the fluxgate's share of a direction alone.
+    That is four estimates; one alone of a method that reads neither the scalar magnetometer nor a fluxgate, for which
+    all four are the same.
     """
-    twins = [twin_of(whole, judged.sensor, stream(judged.seed, f"twin/{judged.recording}/{peak}"), peak) for peak in PEAKS_NT]
+    twins = [
+        twin_of(whole, judged.sensor, stream(judged.seed, f"twin/{judged.recording}/{peak}"), peak) for peak in PEAKS_NT
+    ]
     injected = np.stack([twin.injected for twin in twins], axis=1)
     nothing = np.zeros_like(injected)
     if method is None:
@@ -141,7 +145,7 @@ def _estimates(method: Compensator | None, whole: Recording, judged: Judged, aft
             raise RequestError(msg)
         return _Estimated(whole[label], injected, nothing)
     estimate = _estimate(method, whole, judged, after)
-    if columns.MAG.pattern not in method.requires:
+    if not {columns.MAG.pattern, columns.FLUX.pattern} & set(method.requires):
         return _Estimated(estimate, injected, nothing)
     changed = [_estimate(method, twin.recording.blind(), judged, after) - estimate for twin in twins]
     return _Estimated(estimate, injected, np.stack(changed, axis=1))
@@ -187,9 +191,7 @@ def residuals_of(
         msg = f"recording {recording.name!r} has no test rows: no row has split = test and a reading of {sensor!r}"
         raise RequestError(msg)
     mine = np.array([peak == twin.peak_nt for peak in PEAKS_NT], dtype=float)
-    whole = _Estimated(
-        estimate, twin.injected[:, None] * mine, (np.asarray(twin_estimate) - estimate)[:, None] * mine
-    )
+    whole = _Estimated(estimate, twin.injected[:, None] * mine, (np.asarray(twin_estimate) - estimate)[:, None] * mine)
     kept = []
     for piece in pieces:
         rows = np.searchsorted(recording.time_s, piece.whole.time_s)
@@ -214,8 +216,8 @@ def _estimate(method: Compensator, recording: Recording, judged: Judged, after: 
 def fourth_difference(values: np.ndarray) -> np.ndarray:
     """Return the fourth difference over 16, (n,); 0 at the two rows at each end, which have none.
 
-    Noise of a reading without any trend: contractors are asked for less than some hundredths of a nT (Coyle et al. 2014, Geological Survey
-    of Canada Open File 7660).
+    Noise of a reading without any trend: surveys refuse lines with more than 0.05 nT of it (defaults of AirMagTools,
+    after the practice of the Geological Survey of Canada).
     """
     out = np.zeros(len(values))
     if len(values) >= 5:
@@ -236,10 +238,6 @@ def _filtered(run: Recording, rows: np.ndarray, estimated: _Estimated, judged: J
     def high(values: np.ndarray) -> np.ndarray:
         return signals.high_pass(values, rate_hz)[keep]
 
-    def slow(values: np.ndarray) -> np.ndarray:
-        level = signal.detrend(values)
-        return (level - signals.high_pass(level, rate_hz, signals.BAND_HZ[0]))[keep]
-
     reading = run[columns.MAG.name(sensor=judged.sensor)]
     estimate, injected, change = estimated
     out = {
@@ -258,7 +256,11 @@ def _filtered(run: Recording, rows: np.ndarray, estimated: _Estimated, judged: J
     if clean in run:
         interference = reading - run[clean]
         error = interference - estimate
-        out |= {"interference": band(interference), "error": band(error), "slow": slow(error)}
+        out |= {
+            "interference": band(interference),
+            "error": band(error),
+            "slow": signals.slow_part(error, rate_hz)[keep],
+        }
         out |= {"interference_raw": interference[keep], "error_raw": error[keep]}
         if label in run:
             out["floor"] = band(interference - run[label])

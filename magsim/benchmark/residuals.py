@@ -20,7 +20,6 @@ from magsim.storage import atomic_write
 MAX_BYTES = 2**31
 """Largest file of residuals that is read."""
 
-
 TWINS = ("injected", "change")
 """Signals with a column for each height of anomaly."""
 
@@ -83,7 +82,7 @@ class Residuals:
     interference_raw, error_raw : (n,) [nT], optional
         Unfiltered.
     slow : (n,) [nT], optional
-        Error below the band, 0.1 Hz, without a straight line over what was filtered with it.
+        Error from 0.005 to 0.1 Hz (``signals.slow_part``); NaN in what was filtered as one and is shorter than 150 s.
     heading_deg, maneuver, turn : (n,), optional
         NamedRows columns of the recording.
     """
@@ -127,11 +126,13 @@ class Residuals:
         return {name: values for name, values in found.items() if values is not None}
 
     def has(self, name: str) -> bool:
-        """Whether a signal is known; ``far`` and anomalies if any row has them, ``cells`` if there are any."""
+        """Whether a signal is known; ``far`` and ``slow`` if any row has them, ``cells`` if there are any."""
         if name == "cells":
             return bool(self.cells)
         values = getattr(self, name)
-        return values is not None and (name != "far" or bool(np.any(values)))
+        if values is None:
+            return False
+        return {"far": np.any(values), "slow": np.isfinite(values).any()}.get(name, True)
 
     def take(self, rows: np.ndarray) -> "Residuals":
         """Return the rows that a mask or an index array selects, which need not be in the order of time."""

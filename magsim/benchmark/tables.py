@@ -84,7 +84,8 @@ def fitted(fits: Sequence[Fit]) -> list[str]:
 def _whole(rows: Sequence[Row], fit_s: Mapping[tuple[str, str], str] | None) -> str:
     """Return the table of all test rows: a line for each method."""
     cells = {(row.method, row.metric): row.value for row in rows if row.segment == WHOLE}
-    metrics = [metric for metric in METRICS if any(name == metric.name for _, name in cells)]
+    found = {name for _, name in cells}
+    metrics = [metric for metric in METRICS if metric.printed and metric.name in found]
     header = ["method", *(metric.name for metric in metrics)] + ([] if fit_s is None else ["fit_s"])
     lines = []
     for method in dict.fromkeys(row.method for row in rows):

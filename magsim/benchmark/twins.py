@@ -1,7 +1,8 @@
 """Twins of a flight: the same recording over other ground, which a compensator must leave unharmed.
 
-A twin differs by anomalies alone, of one height. Places, widths, shapes and signs are drawn, so that no method can know them; what a method makes of
-them is scored by the difference between its two answers, into which what it leaves of the aircraft cannot leak.
+A twin differs by anomalies alone, of one height. Places, widths, shapes and signs are drawn, so that no method can know
+them; what a method makes of them is scored by the difference between its two answers, into which what it leaves of the
+aircraft cannot leak.
 """
 
 from collections.abc import Sequence
@@ -43,8 +44,8 @@ class Twin:
 def twin_of(recording: Recording, sensor: str, rng: np.random.Generator, peak_nt: float) -> Twin:
     """Return a twin of a recording.
 
-    The anomaly is added to the scalar reading and, along the field that each fluxgate reads, to its axes: as a field that is small
-    beside the Earth's, it lengthens both by the same.
+    The anomaly is added to the scalar reading and, along the field that each fluxgate reads, to its axes: as a field
+    that is small beside the Earth's, it lengthens both by the same. Base stations do not see it.
 
     Parameters
     ----------
@@ -66,13 +67,16 @@ def twin_of(recording: Recording, sensor: str, rng: np.random.Generator, peak_nt
     for fluxgate in recording.fluxgates:
         names = [columns.FLUX.name(sensor=fluxgate, axis=axis) for axis in "xyz"]
         field = recording.stack(names)
-        moved = field * (1.0 + injected / np.linalg.norm(field, axis=1))[:, None]
+        length = np.linalg.norm(field, axis=1)
+        # a channel that reads nothing stays as it is
+        longer = np.divide(injected, length, out=np.zeros(len(length)), where=length > 0.0)
+        moved = field * (1.0 + longer)[:, None]
         changed |= dict(zip(names, moved.T, strict=True))
     return Twin(replace(recording, data={**recording.data, **changed}), injected, peak_nt)
 
 
 def anomalies(time_s: np.ndarray, rng: np.random.Generator, peak_nt: float) -> np.ndarray:
-    """Draw anomalies of one height along a piece, (n,) [nT]: Gaussians, and pairs of a high and a low as over a dipole."""
+    """Draw anomalies of one height along a piece, (n,) [nT]: Gaussians, and a high beside a low as over a dipole."""
     out = np.zeros(len(time_s))
     for center in _centers(time_s, rng):
         width = float(np.exp(rng.uniform(*np.log(WIDTHS_S))))

@@ -15,13 +15,15 @@ if TYPE_CHECKING:
     from magsim.ladder.run import Settings
 
 TRACKS_BY_DEFAULT = ("no-labels", "open")
-SETS, NETWORK_SETS = 12, 4
+SETS, NETWORK_SETS = (12, 30), (4, 12)
+"""By default, and of a full run: of closed forms, and of networks."""
 
 OPTIONS = (
     click.option(
         "--ladder",
         is_flag=True,
-        help="Judge on the ladder, without RECORDINGS: sets of flights that are flown in memory, each method in processes of its own.",
+        help="Judge on the ladder, without RECORDINGS: sets of flights that are flown in memory, each method in "
+        "processes of its own.",
     ),
     click.option("--levels", metavar="LIST", help="Levels of the ladder; default six, with --full all."),
     click.option(
@@ -29,7 +31,7 @@ OPTIONS = (
         metavar="LIST",
         help="no-labels, frozen, classic, closed, open, reference; default no-labels,open, with --full all.",
     ),
-    click.option("--sets", type=click.IntRange(1, 1000), help="Sets of flights; default 12."),
+    click.option("--sets", type=click.IntRange(1, 1000), help="Sets of flights; default 12, with --full 30."),
     click.option(
         "--archive",
         type=click.Path(path_type=Path),
@@ -105,9 +107,8 @@ def run_ladder(
     RequestError
         If an option does not fit.
     """
-    from magsim.ladder import pages
+    from magsim.ladder import pages, run
     from magsim.ladder.definition import read_ladder
-    from magsim.ladder import run
 
     folder = output or Path("ladder_board")
     settings = settings_of(options, methods, seed=seed, quick=quick)
@@ -126,7 +127,8 @@ def run_ladder(
                 click.echo(path)
         return
     announce(
-        f"{settings.sets} sets, {len(settings.levels)} levels, {len(settings.methods)} methods, {len(settings.networks)} networks: {folder}"
+        f"{folder}: {settings.sets} sets on {len(settings.levels)} levels and {len(settings.tracks)} tracks, "
+        f"{len(settings.methods)} methods and {len(settings.networks)} networks"
     )
     board = run.run_ladder(settings, folder, workers=options.jobs, resume=options.resume, announce=announce)
     click.echo((folder / "report.json").read_text(encoding="utf-8") if as_json else pages.text(board), nl=False)
@@ -158,7 +160,7 @@ def settings_of(options: LadderOptions, methods: Sequence[str] | None, *, seed: 
         seed = hidden_seed(options.archive, options.randomness)
     else:
         seed = PUBLIC_SEED if seed is None else seed
-    sets = options.sets or SETS
+    sets = options.sets or SETS[options.full]
     return Settings(
         levels,
         tracks,
@@ -167,7 +169,7 @@ def settings_of(options: LadderOptions, methods: Sequence[str] | None, *, seed: 
         entries_of(closed, quick=not options.full),
         entries_of(networks, quick=not options.full),
         tuple(name for name in ladder.networks if name in levels) if methods is None else levels,
-        min(NETWORK_SETS, sets) if methods is None else sets,
+        min(NETWORK_SETS[options.full], sets) if methods is None else sets,
         Limits(),
         f"magsim {shlex.join(sys.argv[1:])}",
     )

@@ -1,7 +1,8 @@
 """The board of a run: who stands where on each track and level, and the files that say so.
 
-``scores.csv`` (and ``scores.parquet``) has every score, ``entered.csv`` what became of each method on each set, ``standings.csv`` the tables, ``report.json``
-the tables with all that they were made of; ``board.md`` and ``board.html`` are for people. The same scores make the same bytes.
+``scores.csv`` (and ``scores.parquet``) has every score, ``entered.csv`` what became of each method on each set,
+``standings.csv`` the tables, ``report.json`` the tables with all that they were made of; ``board.md`` and
+``board.html`` are for people. The same scores make the same bytes.
 """
 
 import csv

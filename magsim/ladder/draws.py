@@ -1,7 +1,7 @@
 """What each set of a ladder draws: site, individual, day, courses, air, bodies in the ground, errors of instruments.
 
-A set is a function of the ladder's seed and its number alone. Seeds of noise by themselves would be no replication: they move the
-scores of Tolles-Lawson by less than a percent, other courses by a third.
+A set is a function of the ladder's seed and its number alone. Seeds of noise by themselves would be no replication:
+they move the scores of Tolles-Lawson by less than a percent, other courses by a third.
 """
 
 from collections.abc import Mapping

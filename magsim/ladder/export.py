@@ -1,4 +1,4 @@
-"""Flights of the ladder in files, with their truth: for looking at them, and for making methods. Nothing is judged beside them."""
+"""Flights of the ladder in files, with their truth: to look at, and to make methods on."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -10,7 +10,7 @@ from magsim.recording import write_recordings
 
 
 def write_flights(folder: Path, levels: Sequence[Level], seed: int, number: int) -> Iterator[Path]:
-    """Fly a set and write a file for each level: training flights and tests, as ``magsim benchmark`` and ``magsim train`` take them.
+    """Fly a set and write a file for each level, as ``magsim benchmark`` and ``magsim train`` take them.
 
     Parameters
     ----------

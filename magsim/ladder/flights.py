@@ -116,7 +116,7 @@ def _orders(ladder: Ladder, level: Level, drawn: SetDraw, seed: int, *, later: b
         yield _order(level, "update", first, "training", drawn, seed, tested=True)
 
 
-def _order(
+def _order(  # noqa: PLR0917 - what a recording is made of
     level: Level, role: str, flight: Flight, place: str, drawn: SetDraw, seed: int, *, tested: bool | None = None
 ) -> _Order:
     """Return the settings of one recording; ``tested`` where it is of the tests' individual."""

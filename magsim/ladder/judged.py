@@ -1,4 +1,4 @@
-"""One set of a ladder: flown in memory, every method judged on every level and track, and nothing written before the end."""
+"""One set of a ladder: flown in memory, every method judged on every level and track, written at the end."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -11,16 +11,20 @@ from magsim.ladder.board import Board, Table
 from magsim.ladder.tracks import TRACKS
 
 WORDS = (
-    "The score of a method on a set of flights is its improvement ratio IR: the standard deviation of the aircraft's interference in 0.1 to 0.6 Hz over that of "
-    "what the method leaves of it, against the truth. Excess is what it leaves beyond the instrument's own error. Values are geometric means over sets, excess a "
-    "median, with 95 % intervals; every set has another site, individual, day, course, air and draw of maneuvers.",
-    "Two methods tie where a paired t test over sets does not tell them apart (5 %, Holm over all pairs of the table), or where their errors differ by no more than "
-    "10 % or 1 pT. A rank is given with all ranks that are possible. Fewer than 4 sets rank nobody for sure.",
-    "A method that fails a gate has no rank, whatever its IR: anomalies of 0.1, 1 and 20 nT must be left within 2 % (5 % of methods that declare that they adapt) and "
-    "undistorted, and its error below 0.1 Hz must be at most 1 nT, or 1.5 times that of the method that all are compared with.",
-    "Labels without noise exist nowhere but in a simulation: only the tracks no-labels and frozen are what a survey can do.",
-    "These worlds and the methods exact_norm share their authors; level LX is their attempt at a world that does not know its own method. Sets of the public seed can be "
-    "flown by anybody: a ranking counts when its seed was hidden.",
+    """The score of a method on a set of flights is its improvement ratio IR: the standard deviation of the aircraft's
+interference in 0.1 to 0.6 Hz over that of what the method leaves of it, against the truth. Excess is what it leaves
+beyond the instrument's own error. Values are geometric means over sets, excess a median, with 95 % intervals; every set
+has another site, individual, day, course, air and draw of maneuvers.""",
+    """Two methods tie where a paired t test over sets does not tell them apart (5 %, Holm over all pairs of the table),
+or where their errors differ by no more than 10 % or 1 pT. A rank is given with all ranks that are possible. Fewer than
+4 sets rank nobody for sure.""",
+    """A method that fails a gate has no rank, whatever its IR: anomalies of 0.1, 1 and 20 nT must be left within 2 %
+(5 % of methods that declare that they adapt) and undistorted, and its error below 0.1 Hz must be at most 1 nT, or
+1.5 times that of the method that all are compared with.""",
+    """Labels without noise exist nowhere but in a simulation: only the tracks no-labels and frozen are what a survey
+can do.""",
+    """These worlds and the methods exact_norm share their authors; level LX is their attempt at a world that does not
+know its own method. Sets of the public seed can be flown by anybody: a ranking counts when its seed was hidden.""",
 )
 
 
@@ -138,7 +142,7 @@ def lost(table: Table) -> list[str]:
 
 def markdown(board: Board) -> str:
     """Return the board as Markdown."""
-    out = [f"# {board.ladder.title}", "", *(f"{text}\n" for text in WORDS), *_made(board), ""]
+    out = [f"# {board.ladder.title}", "", *(f"{text}\n" for text in _words()), *_made(board), ""]
     for table in board.tables:
         names = (*heads(table), *(f"IR {name}" for name in flights_of(table)), "fit, row (CPU)", "notes")
         out += [f"## {title(board, table)}", "", about(board, table), "", _row(names), _row(["---"] * len(names))]
@@ -147,9 +151,16 @@ def markdown(board: Board) -> str:
     return "\n".join(out).rstrip() + "\n"
 
 
+def _words() -> list[str]:
+    """Return the paragraphs, each on one line."""
+    return [" ".join(paragraph.split()) for paragraph in WORDS]
+
+
 def _made(board: Board) -> list[str]:
     return [
-        f"Ladder {board.ladder.name}, SHA-256 `{board.ladder.sha256}`; magsim {board.about.get('magsim')}. Made again by:",
+        f"Ladder {board.ladder.name}, SHA-256 `{board.ladder.sha256}`; magsim {board.about.get('magsim')}.",
+        "",
+        "Made again by:",
         "",
         "```",
         str(board.about.get("command", "")),
@@ -176,8 +187,11 @@ body { font: 15px/1.45 system-ui, sans-serif; max-width: 76rem; margin: 0 auto; 
 h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2.2rem; }
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: .25rem .6rem; border-bottom: 1px solid var(--line); text-align: left; white-space: nowrap; }
-td.note { white-space: normal; min-width: 12rem; } tr.tie td:nth-child(2), tr.first td:nth-child(2) { color: var(--mark); font-weight: 600; }
-tr.out td { color: var(--weak); } tr.out td.note { color: var(--bad); } .lost { color: var(--weak); } code { overflow-wrap: anywhere; }
+td.note { white-space: normal; min-width: 12rem; }
+tr.tie td:nth-child(2), tr.first td:nth-child(2)
+  { color: var(--mark); font-weight: 600; }
+tr.out td { color: var(--weak); } tr.out td.note { color: var(--bad); } .lost { color: var(--weak); }
+code { overflow-wrap: anywhere; }
 </style></head><body>
 <h1>$title</h1>
 $words
@@ -193,10 +207,11 @@ $tables
 
 def html(board: Board) -> str:
     """Return the board as one page that needs nothing else."""
-    made = f"Ladder {board.ladder.name}, SHA-256 <code>{board.ladder.sha256}</code>; magsim {escape(str(board.about.get('magsim')))}. Made again by:"
+    version = escape(str(board.about.get("magsim")))
+    made = f"Ladder {board.ladder.name}, SHA-256 <code>{board.ladder.sha256}</code>; magsim {version}. Made again by:"
     return PAGE.substitute(
         title=escape(board.ladder.title),
-        words="\n".join(f"<p>{escape(text)}</p>" for text in WORDS),
+        words="\n".join(f"<p>{escape(text)}</p>" for text in _words()),
         made=made,
         command=escape(str(board.about.get("command", ""))),
         matrix="\n".join(_matrix(board, track) for track in dict.fromkeys(table.track for table in board.tables)),

@@ -15,7 +15,8 @@ FORMAT = 1
 class Score(NamedTuple):
     """One score of one method on one set.
 
-    ``flight`` is ``all`` for all flights of the set together; ``segment`` is ``test`` for all rows, a heading, or a maneuver.
+    ``flight`` is ``all`` for all flights of the set together; ``segment`` is ``test`` for all rows, a heading, or a
+    maneuver.
     """
 
     track: str

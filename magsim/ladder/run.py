@@ -1,8 +1,8 @@
 """A run of a ladder in a folder: set by set, in processes, resumable, and its board at the end.
 
-The folder holds ``ladder.json``, which says what run it is; ``sets/set_000.json`` and ``sets/set_000.npz``, the scores and the raw errors of each
-finished set; and what ``magsim.ladder.board`` writes. A set is kept when every method has been judged on it, never before: so no method runs
-while anything of its set lies on a disk.
+The folder holds ``ladder.json``, which says what run it is; ``sets/set_000.json`` and ``sets/set_000.npz``, the
+scores and the raw errors of each finished set; and what ``magsim.ladder.board`` writes. A set is kept when every
+method has been judged on it, never before: so no method runs while anything of its set lies on a disk.
 """
 
 import json

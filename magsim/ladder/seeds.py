@@ -1,7 +1,8 @@
 """Seeds of a ladder: the public one, and hidden ones that nobody can have known when a method was handed in.
 
-Whoever knows a seed can fly its sets. So rankings that are published come from a hidden seed: the SHA-256 of the method's archive and of public
-randomness that is dated after it (a beacon's pulse, a lottery's numbers, a block's hash). Anybody can compute it again, and nobody could before.
+Whoever knows a seed can fly its sets. So rankings that are published come from a hidden seed: the SHA-256 of the
+method's archive and of public randomness that is dated after it (a beacon's pulse, a lottery's numbers, a block's
+hash). Anybody can compute it again, and nobody could before.
 """
 
 import hashlib

@@ -7,7 +7,9 @@ import pytest
 
 from magsim import columns, signals
 from magsim.benchmark import NOISE_FLOOR, Judged, judge
-from magsim.benchmark.twins import PEAKS_NT, twin_of
+from magsim.benchmark.judging import residuals_of
+from magsim.benchmark.residuals import TWINS
+from magsim.benchmark.twins import PEAKS_NT, Twin, twin_of
 from magsim.compensation import create
 from magsim.errors import DataError, RequestError
 from magsim.streams import stream
@@ -62,6 +64,7 @@ def test_signals_are_those_of_the_definition(recording, test_rows):
         "error_raw": (reading - clean - estimate)[keep],
         "injected": band(injected(recording, seed=5)),
         "change": band(injected(recording, seed=5)),
+        "slow": signals.slow_part(reading - clean - estimate, recording.rate_hz)[keep],
         "fourth": np.convolve(reading - estimate, np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 16.0, mode="same")[keep],
         "floor": band(reading - clean - recording["interference_cabin_nt"]),
         "interference_raw": (reading - clean)[keep],
@@ -101,15 +104,72 @@ def test_a_method_sees_blind_rows_up_to_the_last_test_row(recording):
         np.testing.assert_allclose(found, expected[:, height], rtol=0, atol=1e-6)
 
 
-class Blind(Stub):
+class Attitude(Stub):
+    requires = ("ins_{angle}_deg",)
+
+
+class Fluxgate(Stub):
     requires = ("flux_{sensor}_{axis}_nt",)
 
 
-def test_a_method_that_never_sees_the_reading_is_asked_once(recording):
-    method = Blind(function=zeros).fit(recording)
+def test_a_method_that_sees_no_field_is_asked_once(recording):
+    method = Attitude(function=zeros).fit(recording)
     found = judge(method, recording)
     assert len(method.seen) == 1
     np.testing.assert_array_equal(found.change, found.injected)
+
+
+def test_what_a_method_removes_by_the_length_of_a_fluxgate_shows(recording):
+    """The anomaly is in the fluxgate as in the reading."""
+
+    def length(seen):
+        return np.linalg.norm(seen.vector(columns.FLUX, sensor="cabin"), axis=1) / 4.0
+
+    method = Fluxgate(function=length).fit(recording)
+    found = judge(method, recording)
+    assert len(method.seen) == 4
+    np.testing.assert_allclose(found.change, 0.75 * found.injected, rtol=0, atol=1e-8)
+
+
+def test_estimates_that_were_made_elsewhere_leave_what_the_judge_finds(recording):
+    """With a hole in the recording, of which the first piece is training rows."""
+    rows = np.ones(len(recording), dtype=bool)
+    rows[9000:9400] = False
+    holed = recording.take(rows)
+    method = create("tl16_measured").fit(recording)
+    expected = judge(method, holed, warmup_s=60.0)
+    twin = Twin(holed, np.sin(holed.time_s), 1.0)
+    estimate = method.interference(holed)
+    found = residuals_of(
+        holed,
+        sensor="cabin",
+        estimate=estimate,
+        twin=twin,
+        twin_estimate=estimate + 0.25 * twin.injected,
+        judged=expected.judged,
+        crop_s=60.0,
+    )
+    assert found.judged == expected.judged
+    for name, values in expected._signals().items():
+        if name not in TWINS:
+            # the estimate of a piece differs from that of the whole by rounding
+            np.testing.assert_allclose(getattr(found, name), values, rtol=0, atol=1e-8, err_msg=name)
+    # the twin has one height of three
+    assert not found.injected[:, [0, 2]].any()
+    assert not found.change[:, [0, 2]].any()
+    assert found.injected[:, 1].std() > 0.5
+    np.testing.assert_allclose(found.change[:, 1], 0.75 * found.injected[:, 1], rtol=0, atol=1e-9)
+    plain = residuals_of(
+        holed,
+        sensor="cabin",
+        estimate=estimate,
+        twin=Twin(holed, np.zeros(len(holed)), 0.0),
+        twin_estimate=estimate,
+        judged=expected.judged,
+        crop_s=60.0,
+    )
+    assert not plain.injected.any()
+    assert not plain.change.any()
 
 
 def test_what_a_method_removes_of_an_anomaly_is_in_the_change(recording):

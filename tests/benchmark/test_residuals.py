@@ -17,7 +17,8 @@ from tests.support.worlds import World, calibration
 
 JUDGED = Judged("flight", "a.h5", "cabin", 3, 7, "tl16")
 REQUIRED = (
-    "time_s", "piece", "reading", "compensated", "injected", "change", "reading_high", "compensated_high", "far", "fourth",
+    "time_s", "piece", "reading", "compensated", "injected", "change", "reading_high", "compensated_high", "far",
+    "fourth",
 )  # fmt: skip
 OPTIONAL = (
     "interference", "error", "floor", "interference_raw", "error_raw", "slow", "heading_deg", "maneuver", "turn",

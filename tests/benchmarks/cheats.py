@@ -1,8 +1,9 @@
 """Ways to win without being right, and what the ladder makes of them.
 
-Run ``python tests/benchmarks/cheats.py [--json] [--sets 2]``. Every cheat is entered beside Tolles-Lawson on level L4, whose truth has most to offer, with all channels and
-labels, on sets of a hidden seed; then a method that flies the public sets for itself, on one public and one hidden set. A cheat wins where it has a rank, no
-mark, and a larger improvement ratio than the Tolles-Lawson that it begins with. It takes some minutes.
+Run ``python tests/benchmarks/cheats.py [--json] [--sets 2]``. Every cheat is entered beside Tolles-Lawson on level
+L4, whose truth has most to offer, with all channels and labels, on sets of a hidden seed; then a method that flies
+the public sets for itself, on one public and one hidden set. A cheat wins where it has a rank, no mark, and a larger
+improvement ratio than the Tolles-Lawson that it begins with. It takes some minutes.
 """
 
 import argparse
@@ -139,7 +140,7 @@ def overhead(seed: int) -> Sequence[Row]:
 
 
 def on_public_set() -> float:
-    """Return how much better than Tolles-Lawson a method is that flies the public sets for itself, where it can read the aircraft."""
+    """Return how much better than Tolles-Lawson a method is that flies the public sets for itself, out of its sandbox."""
     flown = fly_set(read_ladder(), read_ladder().chosen((LEVEL,)), PUBLIC_SEED, 0)[LEVEL]
     test, left = flown.tests["circuit"], []
     for method in (create("tl16"), FliesPublicSets()):

@@ -1,8 +1,9 @@
 """What each level of the ladder costs, how sets scatter, and who stands where: on development sets that no board uses.
 
-Run ``python tests/benchmarks/ladder_separates.py [--json] [--sets 12] [--jobs 2]``. Two methods that know every level's truth from labels say what a level costs: Tolles-Lawson
-with 16 terms, and the exact norm without channels and memory, each against its own level L0. Then ours and
-Tolles-Lawson with and without channels, on the fluxgate's, the INS's and the calibrated direction, and networks of the papers on the same inputs.
+Run ``python tests/benchmarks/ladder_separates.py [--json] [--sets 12] [--jobs 2]``. Two methods that know every
+level's truth from labels say what a level costs: Tolles-Lawson with 16 terms, and the exact norm without channels and
+memory, each against its own level L0. Then ours and Tolles-Lawson with and without channels, on the fluxgate's, the
+INS's and the calibrated direction, and networks of the papers on the same inputs.
 """
 
 import argparse
@@ -76,12 +77,12 @@ def costs(board: Board) -> list[Row]:
         if s.flight == "all" and s.metric == "std_nt":
             left.setdefault((s.method, s.level, s.sensor), {})[s.set] = s.value
     out = []
-    for method, level, sensor in left:
+    for (method, level, sensor), own in left.items():
         base = left.get((method, "L0", "cabin"), {})
         if method not in COSTS or level == "L0":
             continue
-        shared = sorted(set(base) & set(left[method, level, sensor]))
-        ratio = geometric_mean(np.array([left[method, level, sensor][k] / base[k] for k in shared]))
+        shared = sorted(set(base) & set(own))
+        ratio = geometric_mean(np.array([own[k] / base[k] for k in shared]))
         free = "; costs nothing" if ratio.low <= 1.1 and ratio.value < 1.1 else ""
         unit = f"times the error on L0, 95 % interval {ratio.low:.3g} .. {ratio.high:.3g}{free}"
         out.append(stated(f"cost_{level}_{sensor}_{method}", ratio.value, unit))

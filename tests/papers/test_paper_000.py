@@ -126,7 +126,7 @@ def test_operations_meet_the_printed_ones_and_scores_hold_together(run):
 def test_an_anomaly_passes_where_the_output_is_interference_and_never_where_it_is_the_field(run):
     outputs = table_of(run, "outputs")
     for name in NAMES:
-        assert outputs.cell(f"{name}, output is the interference", "gain").found == (1.0,)
+        assert outputs.cell(f"{name}, output is the interference", "gain").found == pytest.approx((1.0,))
         assert outputs.cell(f"{name}, output is the clean field", "gain").found[0] == pytest.approx(0.0, abs=1e-9)
 
 

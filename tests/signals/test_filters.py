@@ -51,6 +51,34 @@ def test_rate_and_edges_are_those_that_are_asked_for():
     np.testing.assert_array_equal(signals.high_pass(x, 20, 0.1), signal.sosfiltfilt(sos, x))
 
 
+def test_the_slow_part_is_the_stated_filter_after_a_line():
+    x = np.random.default_rng(4).normal(size=3000)
+    line = np.polynomial.Polynomial([45_000.0, 0.3])(np.arange(3000))
+    level = x - np.polynomial.Polynomial.fit(np.arange(3000), x, 1)(np.arange(3000))
+    sos = signal.butter(2, [0.005, 0.1], "band", fs=10, output="sos")
+    np.testing.assert_allclose(signals.slow_part(x + line, 10.0), signal.sosfiltfilt(sos, level), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("seconds", "at_the_edge"), [(150.0, (0.34, 0.47)), (600.0, (0.46, 0.48))])
+def test_the_slow_part_of_sines_is_as_good_as_its_docstring_says(seconds, at_the_edge):
+    t = np.arange(round(10.0 * seconds) + 1) / 10.0
+    kept = signals.off_ends(t)
+
+    def shares(freq_hz):
+        waves = [np.sin(2.0 * np.pi * freq_hz * t + phase) for phase in np.linspace(0.0, 2.0 * np.pi, 24)]
+        return [np.std(signals.slow_part(wave, 10.0)[kept]) / np.std(wave[kept]) for wave in waves]
+
+    for freq_hz in (0.01, 0.02, 0.05):
+        assert shares(freq_hz) == pytest.approx(np.ones(24), abs=0.06)
+    assert at_the_edge[0] - 0.005 < min(shares(0.005))
+    assert max(shares(0.005)) < at_the_edge[1] + 0.005
+
+
+def test_what_is_too_short_has_no_slow_part():
+    assert np.isnan(signals.slow_part(np.ones(1500), 10.0)).all()
+    assert np.isfinite(signals.slow_part(np.ones(1501), 10.0)).all()
+
+
 def test_white_noise_in_band():
     """White noise of 0.01 nT at 10 Hz is 0.0030 nT in band (an ideal band: 0.0032)."""
     x = np.random.default_rng(3).normal(scale=0.01, size=400_000)

@@ -1,6 +1,7 @@
-"""What the kernel keeps a method's process from, as far as it can: Landlock (Linux 5.13 and later), by its system calls.
+"""What the kernel keeps a method's process from, as far as it can.
 
-See https://docs.kernel.org/userspace-api/landlock.html, from which the numbers are.
+Files, connections and signals by Landlock (Linux 5.13 and later), from whose documentation the numbers are
+(https://docs.kernel.org/userspace-api/landlock.html); the network and shared memory by namespaces (unshare(2)).
 """
 
 import ctypes
@@ -19,11 +20,23 @@ NET = 3
 """Binding and connecting TCP sockets."""
 SCOPES = 3
 """Abstract sockets and signals beyond the process's own domain."""
-NO_NEW_PRIVILEGES, DEATH_SIGNAL, DUMPABLE = 38, 1, 4
+NO_NEW_PRIVILEGES, DEATH_SIGNAL, DUMPABLE, SUBREAPER = 38, 1, 4, 36
+NEW_IPC, NEW_USER, NEW_NETWORK = 0x08000000, 0x10000000, 0x40000000
 
 READ = EXECUTE | READ_FILE | READ_DIR
 
-SYSTEM = ("/usr", "/lib", "/lib64", "/bin", "/etc", "/sys/devices/system/cpu", "/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/dev/urandom")
+SYSTEM = (
+    "/usr",
+    "/lib",
+    "/lib64",
+    "/bin",
+    "/etc",
+    "/sys/devices/system/cpu",
+    "/proc/self",
+    "/proc/cpuinfo",
+    "/proc/meminfo",
+    "/dev/urandom",
+)
 """What Python and its libraries read."""
 
 
@@ -48,6 +61,27 @@ def hide_memory() -> None:
     """Keep other processes of the same user from reading this one's memory; those of root still can."""
     if sys.platform == "linux":
         _libc().prctl(DUMPABLE, 0, 0, 0, 0)
+
+
+def adopt_orphans() -> None:
+    """Become the parent of what a child has started when that child ends."""
+    if sys.platform == "linux":
+        _libc().prctl(SUBREAPER, 1, 0, 0, 0)
+
+
+def leave_network() -> None:
+    """Leave the network and the rights of root, where the kernel lets this process, and so its children."""
+    _part(NEW_USER | NEW_NETWORK)
+
+
+def leave_shared_memory() -> None:
+    """Leave the shared memory and the message queues that other processes know, where the kernel lets this one."""
+    _part(NEW_IPC)
+
+
+def _part(namespaces: int) -> None:
+    if sys.platform == "linux":
+        _libc().unshare(namespaces)
 
 
 def confine(readable: Iterable[Path], writable: Path) -> bool:

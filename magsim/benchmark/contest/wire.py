@@ -5,10 +5,12 @@ Both sides check all that they read; nothing is pickled.
 
 import json
 import math
+import mmap
 import socket
 import struct
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +23,11 @@ HEADER = struct.Struct("<QQ")
 PID = struct.Struct("<q")
 """Number of a process."""
 
-MAX_HEADER = 2**24
+FORK, END = b"f", b"e"
+"""What a server is asked for: a process, the end of it."""
+
+MAX_HEADER = 2**20
+MAX_BLOCKS = 2**14
 PIECE = 2**20
 
 Header = dict[str, Any]
@@ -51,12 +57,22 @@ class Message(NamedTuple):
         return np.frombuffer(self.blocks[index], dtype="<f8")
 
 
-def send(line: socket.socket, header: Header, blocks: Sequence[bytes | memoryview] = ()) -> None:
-    """Send a message."""
+def send(
+    line: socket.socket, header: Header, blocks: Sequence[bytes | memoryview] = (), *, until: float = math.inf
+) -> None:
+    """Send a message.
+
+    Raises
+    ------
+    TimeoutError
+        If the other side has not taken it by a time of ``time.monotonic`` [s].
+    ConnectionError
+        If the other side has ended.
+    """
     sizes = [len(block) for block in blocks]
     text = json.dumps({**header, "sizes": sizes}).encode()
-    line.sendall(HEADER.pack(len(text), sum(sizes)) + text)
-    for block in blocks:
+    for block in (HEADER.pack(len(text), sum(sizes)) + text, *blocks):
+        _wait(line, until)
         line.sendall(block)
 
 
@@ -86,51 +102,62 @@ def receive(line: socket.socket, *, most: int, until: float = math.inf) -> Messa
         raise WireError(msg)
     try:
         header = json.loads(bytes(exactly(line, length, until)))
-        sizes = [int(one) for one in header.pop("sizes")]
+        sizes = header.pop("sizes")
+        if len(sizes) > MAX_BLOCKS or not all(type(one) is int and one >= 0 for one in sizes) or sum(sizes) != size:
+            msg = "the sizes of a message do not add up"
+            raise WireError(msg)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         msg = f"the header of a message is broken: {type(error).__name__}"
         raise WireError(msg) from None
-    if any(one < 0 for one in sizes) or sum(sizes) != size:
-        msg = "the sizes of a message do not add up"
-        raise WireError(msg)
-    whole = memoryview(bytes(exactly(line, size, until)))
-    ends = np.cumsum([0, *sizes])
-    return Message(header, tuple(whole[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)))
+    whole = memoryview(mmap.mmap(-1, max(size, 1), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS))[:size]
+    _fill(whole, line, until)
+    ends = accumulate(sizes, initial=0)
+    return Message(header, tuple(whole.toreadonly()[a:b] for a, b in pairwise(ends)))
 
 
 def exactly(line: socket.socket, count: int, until: float) -> bytearray:
     """Receive so many bytes; see ``receive`` for what is raised."""
     out = bytearray(count)
-    view, done = memoryview(out), 0
-    while done < count:
-        left = until - time.monotonic()
-        if left <= 0.0:
-            raise TimeoutError
-        line.settimeout(None if math.isinf(left) else left)
-        got = line.recv_into(view[done : done + PIECE])
-        if got == 0:
-            raise EOFError
-        done += got
+    _fill(memoryview(out), line, until)
     return out
 
 
-def packed(recordings: Sequence[Recording]) -> tuple[list[Header], list[memoryview]]:
-    """Return recordings as headers and blocks, a block for the time and one for each column."""
-    heads: list[Header] = []
-    blocks: list[memoryview] = []
-    for recording in recordings:
-        heads.append({"name": recording.name, "columns": list(recording.data), "meta": dict(recording.meta)})
-        columns = [recording.time_s, *recording.data.values()]
-        blocks += [memoryview(np.ascontiguousarray(values, dtype="<f8")).cast("B") for values in columns]
-    return heads, blocks
+def _fill(memory: memoryview, line: socket.socket, until: float) -> None:
+    done = 0
+    while done < len(memory):
+        _wait(line, until)
+        got = line.recv_into(memory[done : done + PIECE])
+        if got == 0:
+            raise EOFError
+        done += got
 
 
-def unpacked(heads: Sequence[Mapping[str, Any]], message: Message) -> list[Recording]:
-    """Return the recordings of a message, in arrays that are immutable and this process's own."""
+def _wait(line: socket.socket, until: float) -> None:
+    """Let the next step on a socket take until then."""
+    left = until - time.monotonic()
+    if left <= 0.0:
+        raise TimeoutError
+    line.settimeout(None if math.isinf(left) else left)
+
+
+def numbers_as_bytes(values: np.ndarray) -> memoryview:
+    """Return an array as a block of float64."""
+    return np.ascontiguousarray(values, dtype="<f8").data.cast("B")
+
+
+def send_recordings(line: socket.socket, recordings: Sequence[Recording], *, until: float) -> None:
+    """Send recordings: a block for the times of each, and one for each of its columns; see ``send``."""
+    heads = [{"name": one.name, "columns": list(one.data), "meta": dict(one.meta)} for one in recordings]
+    columns = [values for one in recordings for values in (one.time_s, *one.data.values())]
+    send(line, {"recordings": heads}, [numbers_as_bytes(values) for values in columns], until=until)
+
+
+def receive_recordings(line: socket.socket, *, most: int) -> list[Recording]:
+    """Receive recordings, in memory that is immutable and this process's own; see ``receive``."""
+    message = receive(line, most=most)
     out, block = [], 0
-    for head in heads:
-        time_s, names = message.numbers(block), head["columns"]
-        data = {name: message.numbers(block + 1 + number) for number, name in enumerate(names)}
-        out.append(Recording(head["name"], time_s, data, head["meta"]))
-        block += 1 + len(names)
+    for head in message.header["recordings"]:
+        data = {name: message.numbers(block + 1 + number) for number, name in enumerate(head["columns"])}
+        out.append(Recording(head["name"], message.numbers(block), data, head["meta"]))
+        block += 1 + len(data)
     return out

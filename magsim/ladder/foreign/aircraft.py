@@ -131,7 +131,7 @@ class ForeignAircraft:
         return _replaced(recording, sensor, fluxgate, label, flux)
 
     def _metal(self, ambient: np.ndarray, place_m: np.ndarray) -> np.ndarray:
-        """Return the field of steel and loops at a place, (n, 3) [nT]; they feel the field at the scalar magnetometer."""
+        """Return the field of steel and loops at a place, (n, 3) [nT]; they feel that at the scalar magnetometer."""
         metal, moments = self.metal, np.zeros((len(ambient), LUMPS, 3))
         for lump in range(LUMPS):
             moments[:, lump] += metal.fixed_am2[lump]
@@ -166,7 +166,7 @@ class ForeignAircraft:
         return out
 
     def _loads(self, recording: Recording, fine: "_Fine", at: str, hidden: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Return the field of all loads, (n, 3) [nT]: those that are recorded over two return paths, and those that are not."""
+        """Return the field of all loads, (n, 3) [nT]: recorded ones, over two return paths, and those that are not."""
         known = np.zeros((len(fine.time_s), 3))
         for name, values in _of(recording, columns.TRUE_CURRENT).items():
             first, second = self._named(name, at).normal(0.0, 0.4, (2, 3))
@@ -245,7 +245,7 @@ def _replaced(recording: Recording, sensor: str, fluxgate: str, label: np.ndarra
 
 
 def _hidden_loads(time_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return loads without a channel, (n, 3): a transponder's bursts, a fan that is regulated, a heater that goes on and off."""
+    """Return loads without a channel, (n, 3): a transponder's bursts, a regulated fan, a heater that is on and off."""
     length = time_s[-1] - time_s[0]
     bursts = np.zeros(len(time_s))
     begins = np.sort(rng.uniform(time_s[0], time_s[-1], round(length / 2.5)))

@@ -22,7 +22,7 @@ def dipole(offset_m: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def _relays(
+def _relays(  # noqa: PLR0917 - compiled: it takes arrays one by one
     field: np.ndarray, up: np.ndarray, down: np.ndarray, weights: np.ndarray, state: np.ndarray, out: np.ndarray
 ) -> None:
     for row in range(len(field)):
@@ -39,8 +39,9 @@ def _relays(
 def preisach(field: np.ndarray, up: np.ndarray, down: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return what relays that remember give back of a field, (n,): Preisach's hysteresis.
 
-    A relay goes to +1 at its upper threshold and to -1 at its lower one (Mayergoyz, Mathematical Models of Hysteresis, 1991). Each begins as the first field
-    leaves it, and at -1 where the field lies between its thresholds and they lie above zero on average, else at +1: demagnetized.
+    A relay goes to +1 at its upper threshold and to -1 at its lower one (Mayergoyz, Mathematical Models of
+    Hysteresis, 1991). Each begins as the first field leaves it, and at -1 where the field lies between its thresholds
+    and they lie above zero on average, else at +1: demagnetized.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def second_order(values: np.ndarray, corner_hz: float, rate_hz: float) -> np.nda
 
 
 def low_pass(values: np.ndarray, rate_hz: float, edge_hz: float) -> np.ndarray:
-    """Return values behind a linear-phase low-pass without delay, of 2 s; (n,) or (n, k), the ends as the nearest whole window."""
+    """Return values behind a linear-phase low-pass of 2 s without delay, (n,) or (n, k); ends are held."""
     taps = signal.firwin(2 * round(rate_hz) + 1, edge_hz, fs=rate_hz)
     padded = np.pad(values, [(round(rate_hz), round(rate_hz)), *[(0, 0)] * (values.ndim - 1)], mode="edge")
     return np.asarray(signal.fftconvolve(padded, taps.reshape(-1, *[1] * (values.ndim - 1)), mode="valid", axes=0))

@@ -1,6 +1,7 @@
 """The cheats. None breaks into a system: each uses what a careless judge would hand it.
 
-Each is Tolles-Lawson with a trick on top, and falls back to it where the trick has nothing to work with. The file stands alone: a method's process reads no other.
+Each is Tolles-Lawson with a trick on top, and falls back to it where the trick has nothing to work with. The file
+stands alone: a method's process reads no other.
 """
 
 import contextlib
@@ -69,7 +70,7 @@ class Remembers(Reader):
 class RemembersOnDisk(Reader):
     """The same through a file in the temporary folder of the machine."""
 
-    folder = Path("/var/tmp")  # noqa: S108 - what a cheat would take
+    folder = Path("/var/tmp")
 
     def estimate(self, recording: Recording) -> np.ndarray:
         reading = self.reading(recording)
@@ -309,7 +310,7 @@ class Blends(Reader):
 
 
 class EchoesTheFluxgate(Honest):
-    """Takes the length of the fluxgate's reading for the interference: what is left is a constant where both stand together."""
+    """Takes the length of the fluxgate's reading for the interference: a constant is left where both stand together."""
 
     def estimate(self, recording: Recording) -> np.ndarray:
         field = recording.vector(columns.FLUX, sensor=recording.fluxgates[0])
@@ -398,9 +399,8 @@ class ChangesTheJudge(Honest):
     """Replaces the metrics of the package in its process."""
 
     def estimate(self, recording: Recording) -> np.ndarray:
-        import magsim.benchmark.metrics as metrics
-        import magsim.benchmark.residuals as residuals
-        import magsim.signals as signals
+        from magsim import signals
+        from magsim.benchmark import metrics, residuals
 
         metrics.std = lambda values: 1e-9
         signals.band_pass = lambda values, rate_hz: np.zeros_like(values)

@@ -1,12 +1,10 @@
 """The recursive method: tl16 where it does not follow, better for another aircraft; what is signal stays."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from magsim import signals
-from magsim.benchmark.anomaly import anomaly
+from magsim.benchmark.twins import PEAKS_NT, twin_of
 from magsim.compensation import create
 from magsim.errors import RequestError
 from tests.support.worlds import INDUCED, PERMANENT_NT, World, calibration
@@ -55,15 +53,17 @@ def test_it_does_no_harm_to_its_own(recording, method):
     assert left_nt(rows, method.interference(rows)) < 1.1 * left_nt(rows, plain.interference(rows))
 
 
+@pytest.mark.parametrize("peak_nt", PEAKS_NT)
 @pytest.mark.parametrize("whose", ["own", "other"])
-def test_anomalies_are_left(whose, recording, method, other):
+def test_anomalies_are_left(whose, peak_nt, recording, method, other):
+    """Robust weights spare what is large; what is small is followed, most of all on an aircraft far from the fit."""
+    allowed = 0.1 if whose == "other" and peak_nt < 20.0 else 0.05
     rows = recording.where(split="test") if whose == "own" else other
-    bumps = anomaly(rows.time_s)
-    data = {**rows.data, "mag_cabin_nt": rows["mag_cabin_nt"] + bumps}
-    change = method.compensate(replace(rows, data=data)) - method.compensate(rows)
-    wanted = signals.in_band(bumps, rows.time_s)
+    twin = twin_of(rows, "cabin", np.random.default_rng(1), peak_nt)
+    change = method.compensate(twin.recording) - method.compensate(rows)
+    wanted = signals.in_band(twin.injected, rows.time_s)
     gain = signals.in_band(change, rows.time_s) @ wanted / (wanted @ wanted)
-    assert 0.95 <= gain <= 1.05
+    assert gain == pytest.approx(1.0, abs=allowed)
 
 
 def test_shares_are_of_the_coefficients_of_each_row(method, other):
