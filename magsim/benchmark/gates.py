@@ -1,6 +1,7 @@
 """Gates: what a method must not do to win, however small its error is.
 
-A gate is applied to each set: one that a method passes on average only is one that it does not pass.
+Gain and distortion are held on each set: what is taken on one is not made up for on another. The slow error, which
+differs from set to set, is held by its median.
 """
 
 from collections.abc import Mapping, Sequence

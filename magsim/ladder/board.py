@@ -2,7 +2,8 @@
 
 ``scores.csv`` (and ``scores.parquet``) has every score, ``entered.csv`` what became of each method on each set,
 ``standings.csv`` the tables, ``report.json`` the tables with all that they were made of; ``board.md`` and
-``board.html`` are for people. The same scores make the same bytes.
+``board.html`` are for people. Scores and standings are the same again to the
+last digit; times are not.
 """
 
 import csv
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from magsim.benchmark.contest import sandbox
 from magsim.benchmark.gates import Scores, gate_failures
 from magsim.benchmark.statistics import Standing, standings
 from magsim.ladder.baselines import BASELINES
@@ -224,6 +226,7 @@ def environment() -> dict[str, str]:
     """Return what scores were made with: Python, libraries, the kind of machine."""
     out = {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
     out["cores"] = str(os.cpu_count())
+    out["landlock"] = str(sandbox.level())
     for name in LIBRARIES:
         try:
             out[name] = metadata.version(name)

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from magsim.benchmark.contest import Contest, Entry, Limits, Outcome
-from magsim.benchmark.judging import residuals_of
+from magsim.benchmark.judging import LONGEST_WARMUP_S, residuals_of
 from magsim.benchmark.metrics import BY_NAME, scores_of
 from magsim.benchmark.residuals import Judged, Residuals, pooled
 from magsim.benchmark.twins import PEAKS_NT, Twin, twin_of
@@ -20,8 +20,8 @@ from magsim.recording import Recording
 from magsim.streams import stream
 from magsim.threads import one_blas_thread
 
-CROP_S = 60.0
-"""Time at the start of each flight that counts for nobody: no method may warm up longer."""
+CROP_S = LONGEST_WARMUP_S
+"""Time at the start of each flight that counts for nobody [s]."""
 
 WHOLE = "all"
 """All flights of a set together."""

@@ -21,12 +21,12 @@ LARGEST_NT = 1e9
 
 LONGEST_REASON = 300
 
-KNOWN: dict[object, Status] = {"needs": "needs", "failed": "failed"}
+KNOWN: dict[str, Status] = {"needs": "needs", "failed": "failed"}
 """Reasons that a method may give itself."""
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Learned:
     """What a fit has left: files by their names, and what the method declares."""
 
     names: tuple[str, ...]
@@ -46,15 +46,12 @@ def answering(allowed_s: float) -> Iterator[float]:
     try:
         yield until
     except TimeoutError:
-        msg = "timed_out"
-        raise LostError(msg, late) from None
+        raise LostError(late, "timed_out") from None
     except (EOFError, ConnectionError):
         msg = "its process ended without an answer"
-        msg_0 = "crashed"
-        raise LostError(msg_0, msg) from None
+        raise LostError(msg, "crashed") from None
     except wire.WireError as error:
-        msg_0 = "crashed"
-        raise LostError(msg_0, str(error)) from None
+        raise LostError(str(error), "crashed") from None
 
 
 def checked(header: wire.Header, wanted: str) -> None:
@@ -69,10 +66,10 @@ def checked(header: wire.Header, wanted: str) -> None:
     if status == wanted:
         return
     plain = "".join(c if c.isprintable() else " " for c in str(header.get("reason", ""))[:LONGEST_REASON])
-    raise LostError(KNOWN.get(status, "crashed") if isinstance(status, str) else "crashed", plain or "no reason given")
+    raise LostError(plain or "no reason given", KNOWN.get(str(status), "crashed"))
 
 
-def declared(answer: wire.Message, sensor: str, costs: Costs) -> Fitted:
+def declared(answer: wire.Message, sensor: str, costs: Costs) -> Learned:
     """Return what a fit has left.
 
     Raises
@@ -88,26 +85,21 @@ def declared(answer: wire.Message, sensor: str, costs: Costs) -> Fitted:
         adapts, fitted_for = bool(header["adapts"]), str(header["sensor"])
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         msg = f"its answer is not that of a fitted method: {type(error).__name__}"
-        msg_0 = "crashed"
-        raise LostError(msg_0, msg) from None
+        raise LostError(msg, "crashed") from None
     if len(names) != len(files) or len(set(names)) != len(names) or not set(names) <= set(saving.FILES):
         msg = f"its files are not those of a fitted method: {', '.join(saving.FILES)}"
-        msg_0 = "crashed"
-        raise LostError(msg_0, msg)
+        raise LostError(msg, "crashed")
     if not set(requires) <= {family.pattern for family in columns.FAMILIES}:
         msg = "it requires a column that is not known"
-        msg_0 = "crashed"
-        raise LostError(msg_0, msg)
+        raise LostError(msg, "crashed")
     if fitted_for != sensor:
         msg = f"it was trained for another magnetometer than {sensor!r}"
-        msg_0 = "needs"
-        raise LostError(msg_0, msg)
+        raise LostError(msg, "needs")
     if not 0.0 <= warmup_s <= LONGEST_WARMUP_S:
         msg = f"it declares a warm-up of {warmup_s:g} s; allowed: 0 to {LONGEST_WARMUP_S:g} s"
-        msg_0 = "warmup"
-        raise LostError(msg_0, msg)
+        raise LostError(msg, "warmup")
     costs = replace(costs, state_bytes=float(sum(map(len, files))), parameters=parameters)
-    return Fitted(names, files, requires, adapts, lookahead_rows, warmup_s, costs)
+    return Learned(names, files, requires, adapts, lookahead_rows, warmup_s, costs)
 
 
 def believed(answer: wire.Message, number: int, flight: Recording, warmup_s: float) -> np.ndarray:
@@ -121,18 +113,15 @@ def believed(answer: wire.Message, number: int, flight: Recording, warmup_s: flo
     try:
         estimate = np.array(answer.numbers(number))
     except wire.WireError as error:
-        msg = "bad_shape"
-        raise LostError(msg, str(error)) from None
+        raise LostError(str(error), "bad_shape") from None
     if len(estimate) != len(flight):
         msg = f"{len(estimate)} numbers for a flight of {len(flight)} rows"
-        msg_0 = "bad_shape"
-        raise LostError(msg_0, msg)
+        raise LostError(msg, "bad_shape")
     finite = np.abs(estimate) < LARGEST_NT  # not a NaN
     for span in spans(flight.time_s):
         seconds = flight.time_s[span] - flight.time_s[span.start]
         if not finite[span][seconds >= warmup_s - 1e-9].all():
             msg = f"its estimate is not finite, or beyond {LARGEST_NT:g} nT, after its warm-up"
-            msg_0 = "not_finite"
-            raise LostError(msg_0, msg)
+            raise LostError(msg, "not_finite")
     estimate[~finite] = 0.0
     return estimate

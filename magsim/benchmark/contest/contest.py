@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from magsim.benchmark.contest import entries, sandbox, wire
-from magsim.benchmark.contest.belief import Fitted, answering, believed, checked, declared
+from magsim.benchmark.contest.belief import Learned, answering, believed, checked, declared
 from magsim.benchmark.contest.disguise import disguised
 from magsim.benchmark.contest.outcome import Costs, Entry, Limits, LostError, Outcome
 from magsim.benchmark.contest.process import Server
@@ -139,7 +139,7 @@ class _Run:
             "seed": SEED,
         }
 
-    def fit(self, training: Sequence[Recording]) -> Fitted:
+    def fit(self, training: Sequence[Recording]) -> Learned:
         """Have the method fitted, or opened if it comes fitted."""
         allowed_s = self._limits.fit_s
         if self.pretrained:
@@ -151,7 +151,7 @@ class _Run:
         costs = Costs(done.cpu_s, done.wall_s, peak_mb=done.peak_mb)
         return declared(done.answer, self._sensor, costs)
 
-    def estimate(self, fitted: Fitted, flights: Sequence[Recording]) -> tuple[tuple[np.ndarray, ...], float]:
+    def estimate(self, fitted: Learned, flights: Sequence[Recording]) -> tuple[tuple[np.ndarray, ...], float]:
         """Return the estimates of a round in its order, and the processor time that they took [s]."""
         places = [int(place) for place in self._rng.permutation(len(flights))]
         shown = [disguised(flights[place].blind(fitted.requires), self._rng) for place in places]
@@ -160,8 +160,7 @@ class _Run:
         done = self._done(order, fitted.files, shown, most=most, allowed_s=self._limits.estimate_s)
         if len(done.answer.blocks) != len(shown):
             msg = f"{len(done.answer.blocks)} estimates for {len(shown)} flights"
-            msg_0 = "bad_shape"
-            raise LostError(msg_0, msg)
+            raise LostError(msg, "bad_shape")
         found = {
             place: believed(done.answer, number, flights[place], fitted.warmup_s) for number, place in enumerate(places)
         }

@@ -116,7 +116,7 @@ class Outcome:
 class LostError(Exception):
     """A method has lost its row."""
 
-    def __init__(self, status: Status, reason: str) -> None:
+    def __init__(self, reason: str, status: Status) -> None:
         super().__init__(reason)
         self.status: Status = status
         self.reason = reason

@@ -125,7 +125,7 @@ class Server:
             self._program.kill()
             self.close()
             msg = "the server of its process has ended, or does not answer"
-            raise LostError("crashed", msg) from None
+            raise LostError(msg, "crashed") from None
 
     def _asked(self, request: bytes, *handles: int) -> int:
         """Send the server a request; return the number that it answers."""

@@ -105,6 +105,6 @@ def second_order(values: np.ndarray, corner_hz: float, rate_hz: float) -> np.nda
 
 def low_pass(values: np.ndarray, rate_hz: float, edge_hz: float) -> np.ndarray:
     """Return values behind a linear-phase low-pass of 2 s without delay, (n,) or (n, k); ends are held."""
-    taps = signal.firwin(2 * round(rate_hz) + 1, edge_hz, fs=rate_hz)
+    taps = signal.firwin(2 * round(rate_hz) + 1, edge_hz, window=("kaiser", 9.0), fs=rate_hz)
     padded = np.pad(values, [(round(rate_hz), round(rate_hz)), *[(0, 0)] * (values.ndim - 1)], mode="edge")
     return np.asarray(signal.fftconvolve(padded, taps.reshape(-1, *[1] * (values.ndim - 1)), mode="valid", axes=0))

@@ -7,11 +7,13 @@ import json
 import os
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from magsim.benchmark.contest import Contest, Entry
+from magsim import columns
+from magsim.benchmark.contest import Contest, Entry, sandbox
 from tests.benchmark.contest.cases import LIMITS, SENSOR, flights, judged, method_file, rounds, training
 
 SECRET = "the_truth_of_" + "this_judge"
@@ -43,23 +45,16 @@ def test_live_objects_and_frames_hold_no_truth(contest, tmp_path):
                 roles |= {columns.role_of(name) for name in one.data}
             if isinstance(one, dict):
                 texts += [value for value in one.values() if isinstance(value, str)]
-        frame, modules = sys._getframe(), []
+        frame = sys._getframe()
         while frame:
-            modules.append(frame.f_globals["__name__"])
             texts += [str(value) for value in frame.f_locals.values() if isinstance(value, (str, dict))]
             frame = frame.f_back
         secret = "the_truth_of_" + "this_judge"
-        raise RuntimeError(json.dumps([sorted(roles), any(secret in text for text in texts), modules[-1]]))
+        raise RuntimeError(json.dumps([sorted(roles), any(secret in text for text in texts)]))
     """
-    kept = flights()  # they hold truth, here
-    assert "truth" in {name for flight in kept for name in flight.data for name in [role(name)]}
-    assert told(contest, tmp_path, body) == [["input"], False, "__main__"]
-
-
-def role(name):
-    from magsim import columns
-
-    return columns.role_of(name)
+    held_here = {columns.role_of(name) for flight in flights() for name in flight.data}
+    assert "truth" in held_here
+    assert told(contest, tmp_path, body) == [["input"], False]
 
 
 def test_only_what_is_required_is_sent_and_nothing_that_names_a_flight(contest, tmp_path):
@@ -76,12 +71,14 @@ def test_only_what_is_required_is_sent_and_nothing_that_names_a_flight(contest, 
 
 
 def test_truth_in_training_flights_is_not_sent(contest, tmp_path):
-    learn = "raise RuntimeError(json.dumps(sorted(training.recordings[0].data)))"
+    learn = """
+        from magsim import columns
+        raise RuntimeError(json.dumps(sorted({columns.role_of(name) for name in training.recordings[0].data})))
+    """
     name = method_file(tmp_path, learn=learn)
-    found = contest.run(Entry("a", name), flights(), SENSOR, rounds(), LIMITS, np.random.default_rng(0))
-    assert "interference_cabin_nt" in found.reason
-    assert "clean_" not in found.reason
-    assert "earth_" not in found.reason
+    with_truth = [replace(one, data={k: v for k, v in one.data.items() if k != "split"}) for one in flights()]
+    found = contest.run(Entry("a", name), with_truth, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
+    assert json.loads(found.reason.removeprefix("RuntimeError: ")) == ["input", "label", "segment"]
 
 
 def test_the_environment_and_the_folder_are_bare(tmp_path, monkeypatch):
@@ -139,58 +136,52 @@ def test_files_elsewhere_cannot_be_read_or_written(sandboxed, tmp_path):
         raise RuntimeError(json.dumps(told))
     """.replace("{folder}", str(tmp_path)).replace("{judge}", str(os.getpid()))
     found = told(sandboxed, tmp_path, body)
-    from magsim.benchmark.contest import sandbox
-
     # the last one is a signal, which the sixth version of Landlock keeps back
     assert found == [0] * 14 + [0 if sandbox.level() >= 6 else found[-1]]
 
 
+def seen_by_round(contest, folder, remembers, remember, *, end=""):
+    """Return, for three rounds of the same two flights, in how many of them a method notices that it has been there."""
+    body = f"""
+        seen = bool({remembers})
+        {remember}
+        return np.full(len(recording), float(seen))
+    """
+    name = method_file(folder, body, end=end)
+    twice = [rounds()[0]] * 3
+    found = contest.run(Entry("a", name), training(), SENSOR, twice, LIMITS, np.random.default_rng(0))
+    assert (found.status, found.reason) == ("ok", "")
+    return [sum(float(one[0]) for one in estimates) for estimates in found.estimates]
+
+
 REMEMBERS = {
-    "a global": ("SEEN.append(1)", "len(SEEN)", "SEEN = []"),
-    "a module": ("sys.modules['json'].seen = 1", "hasattr(json, 'seen')", ""),
-    "a class": ("type(recording).seen = 1", "hasattr(type(recording), 'seen')", ""),
-    "itself": ("self.seen_ = 1", "hasattr(self, 'seen_')", ""),
-    "the environment": ("os.environ['SEEN'] = '1'", "'SEEN' in os.environ", ""),
-    "the folder": ("Path('seen').touch()", "Path('seen').exists()", ""),
-    "the temporary folder": (
-        "(Path(tempfile.gettempdir()) / 'seen').touch()",
-        "(Path(tempfile.gettempdir()) / 'seen').exists()",
-        "",
-    ),
-    "the home": ("(Path.home() / 'seen').touch()", "(Path.home() / 'seen').exists()", ""),
-    "its file": ("Path(__file__).touch()", "time.time() - os.stat(__file__).st_mtime < -1", ""),
+    "a global": ("SEEN", "SEEN.append(1)"),
+    "a module": ("hasattr(json, 'seen')", "json.seen = 1"),
+    "a class": ("hasattr(type(recording), 'seen')", "type(recording).seen = 1"),
+    "itself": ("hasattr(self, 'seen_')", "self.seen_ = 1"),
+    "the environment": ("'SEEN' in os.environ", "os.environ['SEEN'] = '1'"),
+    "the folder": ("Path('seen').exists()", "Path('seen').touch()"),
+    "temporary files": ("Path(tempfile.gettempdir(), 'seen').exists()", "Path(tempfile.gettempdir(), 'seen').touch()"),
+    "the home": ("Path.home().joinpath('seen').exists()", "Path.home().joinpath('seen').touch()"),
 }
 
 
 @pytest.mark.parametrize("how", REMEMBERS)
 def test_a_second_round_knows_nothing_of_the_first(contest, tmp_path, how):
-    remember, remembers, end = REMEMBERS[how]
-    body = f"""
-        seen = bool({remembers}) and FIRST is None
-        with contextlib.suppress(OSError):
-            {remember}
-        return np.full(len(recording), float(seen))
-    """
-    # what it knows within a round is no secret: the first flight of each round counts
-    once = end + "\nFIRST = None\n"
-    name = method_file(tmp_path, body, end=once)
-    one = [[rounds()[0][0]], [rounds()[0][0]], [rounds()[0][0]]]
-    found = contest.run(Entry("a", name), training(), SENSOR, one, LIMITS, np.random.default_rng(0))
-    assert (found.status, found.reason) == ("ok", "")
-    assert [float(estimates[0].max()) for estimates in found.estimates] == [0.0, 0.0, 0.0]
+    """Within a round the second flight does know of the first, so each of the ways would work in one process."""
+    assert seen_by_round(contest, tmp_path, *REMEMBERS[how], end="\nSEEN = []\n") == [1.0, 1.0, 1.0]
 
 
 def test_elsewhere_on_the_disk_nothing_is_remembered(sandboxed, tmp_path):
-    places = [str(tmp_path / "seen"), "/tmp/magsim_seen", "/var/tmp/magsim_seen", "/dev/shm/magsim_seen"]
-    body = f"""
-        seen = [os.path.exists(place) for place in {places}]
-        for place in {places}:
-            with contextlib.suppress(OSError):
-                Path(place).touch()
-        return np.full(len(recording), float(any(seen)))
-    """
-    found = judged(sandboxed, method_file(tmp_path, body))
-    assert max(float(one.max()) for estimates in found.estimates for one in estimates) == 0.0
+    places = [str(tmp_path / "seen"), *(f"/{folder}/magsim_seen" for folder in ("tmp", "var/tmp", "dev/shm"))]
+    end = f"""
+def write():
+    for place in {places}:
+        with contextlib.suppress(OSError):
+            Path(place).touch()
+"""
+    seen = f"any(map(os.path.exists, {places}))"
+    assert seen_by_round(sandboxed, tmp_path, seen, "write()", end=end) == [0.0, 0.0, 0.0]
 
 
 LEAVES = """
@@ -226,33 +217,20 @@ def found(port):
 
 @LINUX
 def test_a_process_that_is_left_behind_is_ended(contest, tmp_path):
-    body = "seen = found(47391)\nleave(47391)\ntime.sleep(0.2)\nreturn np.full(len(recording), float(seen))"
-    one = [[rounds()[0][0]]] * 3
-    name = method_file(tmp_path, body, end=LEAVES)
-    found = contest.run(Entry("a", name), training(), SENSOR, one, LIMITS, np.random.default_rng(0))
-    assert (found.status, found.reason) == ("ok", "")
-    assert [float(estimates[0].max()) for estimates in found.estimates] == [0.0, 0.0, 0.0]
-    left = os.popen(f"ps -eo args | grep -c '[c]ontest.server {contest_number(contest)}'").read()
-    assert int(left) == 1
-
-
-def contest_number(contest):
-    return contest._server_for("tl16")._program.args[3]
+    found = seen_by_round(contest, tmp_path, "found(47391)", "leave(47391); time.sleep(0.2)", end=LEAVES)
+    assert found == [1.0, 1.0, 1.0]
+    server = contest._server_for("tl16").pid
+    assert Path(f"/proc/{server}/task/{server}/children").read_text(encoding="ascii") == ""
 
 
 @LINUX
 def test_shared_memory_is_not_shared(sandboxed, tmp_path):
-    body = """
-        import ctypes
-        libc = ctypes.CDLL(None, use_errno=True)
-        seen = libc.shmget(47391, 4096, 0o600) >= 0
-        libc.shmget(47391, 4096, 0o1600)
-        return np.full(len(recording), float(seen))
-    """
-    one = [[rounds()[0][0]]] * 3
-    name = method_file(tmp_path, body)
-    found = sandboxed.run(Entry("a", name), training(), SENSOR, one, LIMITS, np.random.default_rng(0))
-    assert [float(estimates[0].max()) for estimates in found.estimates] == [0.0, 0.0, 0.0]
+    end = """
+def memory(flags):
+    import ctypes
+    return ctypes.CDLL(None).shmget(47391, 4096, flags) >= 0
+"""
+    assert seen_by_round(sandboxed, tmp_path, "memory(0o600)", "memory(0o1600)", end=end) == [1.0, 1.0, 1.0]
 
 
 def test_a_method_of_another_entry_is_not_there(contest, tmp_path):
