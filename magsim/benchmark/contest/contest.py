@@ -25,7 +25,8 @@ SEED = 0
 class Contest:
     """Runs methods in processes of their own; a context manager, which owns the servers of them.
 
-    One method at a time: two threads need two.
+    One method at a time: two threads need two. From the first on, other processes of the same user cannot read the
+    memory of this one, and it leaves no core dump.
     """
 
     def __init__(self) -> None:
