@@ -1,8 +1,9 @@
 """Which of several methods is better, how sure that is, and which cannot be told apart.
 
-Sets of flights are what is sampled: everything is paired by set, on logarithms of standard deviations, in which methods differ by factors. Means have Student's t
-intervals: at twelve sets they cover what they say, where percentiles and accelerated bootstraps do not. All pairs of one table are one family, whose
-p values are Holm's (Scandinavian Journal of Statistics 6, 65-70, 1979).
+Sets of flights are what is sampled: everything is paired by set, on logarithms of standard deviations, in which methods
+differ by factors. Means have Student's t intervals: at twelve sets they cover what they say, where percentiles and
+accelerated bootstraps do not. All pairs of one table are one family, whose p values are Holm's (Scandinavian Journal of
+Statistics 6, 65-70, 1979).
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,7 +50,8 @@ class Standing:
     p_baseline, p_leader : float
         Holm's; NaN where there are too few sets, or no such method.
     rank, rank_low, rank_high : int
-        By geometric mean; 1 and more than are surely better, and all but those that are surely worse. 0 for a method that has no rank.
+        By geometric mean; 1 and more than are surely better, and all but those that are surely worse. 0 for a method
+        that has no rank.
     ties_leader : bool
     failed : tuple of str
         Gates that it has not passed: it has no rank.
@@ -85,8 +87,8 @@ def geometric_mean(values: np.ndarray) -> Interval:
 def median(values: np.ndarray) -> Interval:
     """Return the median with the interval between two order statistics that covers it in 95 % of samples or more.
 
-    It needs no distribution, and values may be zero: the number of values below the median is binomial. Below six values no such interval
-    exists, and that from least to largest is given.
+    It needs no distribution, and values may be zero: the number of values below the median is binomial. Below six
+    values no such interval exists, and that from least to largest is given.
     """
     known = np.sort(values[np.isfinite(values)])
     if not len(known):
@@ -155,7 +157,7 @@ def standings(
     sure = ~np.isnan(raw)
     adjusted = np.full(len(raw), np.nan)
     adjusted[sure] = holm(raw[sure])
-    p = {**{pair: value for pair, value in zip(pairs, adjusted, strict=True)}}
+    p = dict(zip(pairs, adjusted, strict=True))
 
     def better(a: str, b: str) -> bool:
         """Whether a is surely better than b, by more than a tie."""

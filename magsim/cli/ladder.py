@@ -137,7 +137,7 @@ def run_ladder(
 
 def settings_of(options: LadderOptions, methods: Sequence[str] | None, *, seed: int | None, quick: bool) -> "Settings":
     """Return what is run, checked."""
-    from magsim.benchmark.contest import Limits
+    from magsim.benchmark.contest import Allowance
     from magsim.ladder.definition import read_ladder
     from magsim.ladder.run import Settings, entries_of
     from magsim.ladder.seeds import PUBLIC_SEED, hidden_seed
@@ -170,7 +170,7 @@ def settings_of(options: LadderOptions, methods: Sequence[str] | None, *, seed: 
         entries_of(networks, quick=not options.full),
         tuple(name for name in ladder.networks if name in levels) if methods is None else levels,
         min(NETWORK_SETS[options.full], sets) if methods is None else sets,
-        Limits(),
+        Allowance(),
         f"magsim {shlex.join(sys.argv[1:])}",
     )
 

@@ -1,41 +1,23 @@
-"""The board of a run: who stands where on each track and level, and the files that say so.
+"""The board of a run: who stands where on each track and level."""
 
-``scores.csv`` (and ``scores.parquet``) has every score, ``entered.csv`` what became of each method on each set,
-``standings.csv`` the tables, ``report.json`` the tables with all that they were made of; ``board.md`` and
-``board.html`` are for people. Scores and standings are the same again to the
-last digit; times are not.
-"""
-
-import csv
-import io
-import json
-import os
-import platform
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from importlib import metadata
-from importlib.util import find_spec
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from magsim.benchmark.contest import sandbox
 from magsim.benchmark.gates import Scores, gate_failures
 from magsim.benchmark.statistics import Standing, standings
 from magsim.ladder.baselines import BASELINES
 from magsim.ladder.definition import Ladder
-from magsim.ladder.results import Entered, Score, plain
+from magsim.ladder.results import Entered, Score
 from magsim.ladder.tracks import TRACKS
-from magsim.storage import atomic_text, atomic_write
 
 RAW, FLOOR = "none", "noise_floor"
 
-LIBRARIES = ("numpy", "scipy", "numba", "jsbsim", "torch", "h5py")
-
 
 @dataclass(frozen=True)
-class Table:
+class LevelTable:
     """One track, level and magnetometer.
 
     Attributes
@@ -74,33 +56,9 @@ class Board:
 
     about: Mapping[str, object]
     ladder: Ladder
-    tables: tuple[Table, ...]
+    tables: tuple[LevelTable, ...]
     scores: Sequence[Score]
     entered: Sequence[Entered]
-
-    def write(self, folder: Path) -> None:
-        """Write all files into a folder, in place of those that are there."""
-        from magsim.ladder import pages
-
-        atomic_text(folder / "scores.csv", _csv(Score._fields, self.scores), force=True)
-        rows = [one._replace(requires=" ".join(one.requires), learned=" ".join(one.learned)) for one in self.entered]  # type: ignore[arg-type]
-        atomic_text(folder / "entered.csv", _csv(Entered._fields, rows), force=True)
-        if find_spec("pyarrow"):
-            import pandas as pd
-
-            frame = pd.DataFrame(self.scores, columns=list(Score._fields))
-            atomic_write(folder / "scores.parquet", lambda path: frame.to_parquet(path, index=False), force=True)
-        lines = [line for table in self.tables for line in _flat(table)]
-        atomic_text(
-            folder / "standings.csv", _csv(list(lines[0]) if lines else [], [one.values() for one in lines]), force=True
-        )
-        report = {
-            "about": {**self.about, "environment": environment()},
-            "tables": [asdict(table) for table in self.tables],
-        }
-        atomic_text(folder / "report.json", json.dumps(_strict(report), indent=1, allow_nan=False) + "\n", force=True)
-        atomic_text(folder / "board.md", pages.markdown(self), force=True)
-        atomic_text(folder / "board.html", pages.html(self), force=True)
 
 
 def make_board(
@@ -117,7 +75,7 @@ def make_board(
     return Board(about, ladder, tables, scores, entered)
 
 
-def _table(track: str, level: str, sensor: str, scores: Sequence[Score], entered: Sequence[Entered]) -> Table:
+def _table(track: str, level: str, sensor: str, scores: Sequence[Score], entered: Sequence[Entered]) -> LevelTable:
     """Rank the methods of one table."""
     of = TRACKS[track].baseline
     numbers = sorted({score.set for score in scores})
@@ -155,7 +113,7 @@ def _table(track: str, level: str, sensor: str, scores: Sequence[Score], entered
     raw, floor = std_nt[RAW], std_nt[FLOOR]
     ranked = {name: values for name, values in std_nt.items() if name not in (RAW, FLOOR)}
     lost = {one.method: f"{one.status}: {one.reason}" for one in reversed(entered) if one.status != "ok"}
-    return Table(
+    return LevelTable(
         track,
         level,
         sensor,
@@ -180,56 +138,3 @@ def _geometric(values: Sequence[float]) -> float:
 def _costs(entered: Sequence[Entered]) -> dict[str, float]:
     names = ("fit_cpu_s", "estimate_us", "peak_mb", "state_bytes", "parameters")
     return {name: float(np.median([getattr(one, name) for one in entered])) for name in names} if entered else {}
-
-
-def _flat(table: Table) -> Iterable[dict[str, object]]:
-    """Yield a line of ``standings.csv`` for each method."""
-    for one in table.standings:
-        line: dict[str, object] = {"track": table.track, "level": table.level, "sensor": table.sensor}
-        for name, value in asdict(one).items():
-            if isinstance(value, tuple) and hasattr(value, "_fields"):
-                line |= {
-                    f"{name}_{part}" if part != "value" else name: number
-                    for part, number in zip(value._fields, value, strict=True)
-                }
-            else:
-                line[name] = "; ".join(value) if isinstance(value, tuple) else value
-        line |= {"marks": " ".join(table.marks.get(one.method, ())), "floor_ir": table.floor_ir}
-        yield line
-
-
-def _csv(columns: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([_short(value) for value in row] for row in rows)
-    return out.getvalue()
-
-
-def _short(value: object) -> object:
-    """Return a number as it is read back to 9 digits."""
-    return f"{value:.9g}" if isinstance(value, float) else value
-
-
-def _strict(value: object) -> object:
-    """Return nested values for JSON, without NaN."""
-    if isinstance(value, Mapping):
-        return {str(key): _strict(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        if hasattr(value, "_asdict"):
-            return _strict(value._asdict())
-        return [_strict(one) for one in value]
-    return plain(value)
-
-
-def environment() -> dict[str, str]:
-    """Return what scores were made with: Python, libraries, the kind of machine."""
-    out = {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
-    out["cores"] = str(os.cpu_count())
-    out["landlock"] = str(sandbox.level())
-    for name in LIBRARIES:
-        try:
-            out[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
-    return out

@@ -22,7 +22,7 @@ LADDER = "v1"
 Texts = Annotated[tuple[str, ...], Field(strict=False)]
 
 
-class Flight(Strict):
+class SetFlight(Strict):
     """One flight of a set: settings on top of the scenario, with words in braces that each set draws."""
 
     set: Texts = ()
@@ -89,7 +89,7 @@ class _File(Strict):
     title: str
     quick: Texts
     networks: Texts
-    flights: dict[str, Flight]
+    flights: dict[str, SetFlight]
     groups: dict[str, Texts]
     levels: Annotated[tuple[Level, ...], Field(strict=False)]
 
@@ -126,7 +126,7 @@ class Ladder:
 
     name: str
     title: str
-    flights: Mapping[str, Flight]
+    flights: Mapping[str, SetFlight]
     levels: Mapping[str, Level]
     quick: tuple[str, ...]
     networks: tuple[str, ...]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from magsim import columns
-from magsim.ladder.definition import HERE, LADDER, Flight, Ladder, Level
+from magsim.ladder.definition import HERE, LADDER, Ladder, Level, SetFlight
 from magsim.ladder.draws import SetDraw, draw_set
 from magsim.ladder.foreign import ForeignAircraft
 from magsim.loading import LoadedScenario, load_scenario
@@ -45,7 +45,7 @@ class _Order:
 
     level: Level
     role: str
-    flight: Flight
+    flight: SetFlight
     place: str  # "training", "tests" or "later"
     settings: tuple[str, ...]
     flown: tuple[str, ...]  # the settings without those of the level: flights that are alike come one after another
@@ -117,7 +117,7 @@ def _orders(ladder: Ladder, level: Level, drawn: SetDraw, seed: int, *, later: b
 
 
 def _order(  # noqa: PLR0917 - what a recording is made of
-    level: Level, role: str, flight: Flight, place: str, drawn: SetDraw, seed: int, *, tested: bool | None = None
+    level: Level, role: str, flight: SetFlight, place: str, drawn: SetDraw, seed: int, *, tested: bool | None = None
 ) -> _Order:
     """Return the settings of one recording; ``tested`` where it is of the tests' individual."""
     tested = flight.test if tested is None else tested

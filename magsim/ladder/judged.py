@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from magsim.benchmark.contest import Contest, Entry, Limits, Outcome
+from magsim.benchmark.contest import Allowance, Contest, Contestant, Finish
 from magsim.benchmark.judging import LONGEST_WARMUP_S, residuals_of
 from magsim.benchmark.metrics import BY_NAME, scores_of
 from magsim.benchmark.residuals import Judged, Residuals, pooled
@@ -15,7 +15,7 @@ from magsim.ladder.baselines import BASELINES
 from magsim.ladder.definition import Level, read_ladder
 from magsim.ladder.flights import LevelFlights, fly_set
 from magsim.ladder.results import Entered, Score
-from magsim.ladder.tracks import TRACKS, Track, blind_of, judged_flights, training_of
+from magsim.ladder.tracks import TRACKS, LadderTrack, blind_of, judged_flights, training_of
 from magsim.recording import Recording
 from magsim.streams import stream
 from magsim.threads import one_blas_thread
@@ -40,21 +40,21 @@ class SetTask:
     ----------
     number, seed : int
     levels, tracks : tuple of str
-    entries : tuple of Entry
-    networks : tuple of Entry
+    entries : tuple of Contestant
+    networks : tuple of Contestant
         Methods that are judged on some levels alone.
     network_levels : tuple of str
-    limits : Limits
+    limits : Allowance
     """
 
     number: int
     seed: int
     levels: tuple[str, ...]
     tracks: tuple[str, ...]
-    entries: tuple[Entry, ...]
-    networks: tuple[Entry, ...]
+    entries: tuple[Contestant, ...]
+    networks: tuple[Contestant, ...]
     network_levels: tuple[str, ...]
-    limits: Limits
+    limits: Allowance
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class _Case:
 
     task: SetTask
     level: Level
-    track: Track
+    track: LadderTrack
     sensor: str
     training: tuple[Recording, ...]
     tests: tuple[_Test, ...]
@@ -123,7 +123,7 @@ def judge_set(task: SetTask, report: Report = lambda _line: None) -> SetResult:
 
 
 def _cases(
-    task: SetTask, levels: Sequence[Level], tracks: Sequence[Track], flown: Mapping[str, LevelFlights]
+    task: SetTask, levels: Sequence[Level], tracks: Sequence[LadderTrack], flown: Mapping[str, LevelFlights]
 ) -> Iterator[_Case]:
     for level in levels:
         for sensor in level.sensors:
@@ -148,12 +148,12 @@ Found = Mapping[str, tuple[Residuals, np.ndarray]]
 """Residuals of a method, and its raw error over the whole flight [nT], by role."""
 
 
-def _judged(case: _Case, report: Report) -> Iterator[tuple[Entry, Outcome | None, Found]]:
+def _judged(case: _Case, report: Report) -> Iterator[tuple[Contestant, Finish | None, Found]]:
     for name, baseline in BASELINES.items():
         pairs = [
             (baseline(one.recording, case.sensor), baseline(one.twin.recording, case.sensor)) for one in case.tests
         ]
-        yield Entry(name, name), None, _residuals(case, name, pairs)
+        yield Contestant(name, name), None, _residuals(case, name, pairs)
     rounds: list[list[Recording]] = [[], []]
     for one in case.tests:
         both = [blind_of(case.track, recording, case.sensor) for recording in (one.recording, one.twin.recording)]
@@ -171,7 +171,7 @@ def _judged(case: _Case, report: Report) -> Iterator[tuple[Entry, Outcome | None
         yield entry, outcome, _residuals(case, entry.name, found)
 
 
-def _entries(case: _Case) -> tuple[Entry, ...]:
+def _entries(case: _Case) -> tuple[Contestant, ...]:
     networks = case.task.networks if case.level.name in case.task.network_levels else ()
     return (*case.task.entries, *networks)
 
@@ -215,7 +215,7 @@ def _scores(case: _Case, method: str, found: Found) -> Iterator[Score]:
                 yield score(role, segment, metric_name, value)
 
 
-def _entered(case: _Case, entry: Entry, outcome: Outcome) -> Entered:
+def _entered(case: _Case, entry: Contestant, outcome: Finish) -> Entered:
     costs = outcome.costs
     return Entered(
         case.track.name,

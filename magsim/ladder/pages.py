@@ -7,7 +7,7 @@ from string import Template
 from typing import NamedTuple
 
 from magsim.benchmark.statistics import FEWEST, Interval, Standing
-from magsim.ladder.board import Board, Table
+from magsim.ladder.board import Board, LevelTable
 from magsim.ladder.tracks import TRACKS
 
 WORDS = (
@@ -28,7 +28,7 @@ know its own method. Sets of the public seed can be flown by anybody: a ranking 
 )
 
 
-class Line(NamedTuple):
+class BoardLine(NamedTuple):
     """One method of a table, in words."""
 
     rank: str
@@ -42,7 +42,7 @@ class Line(NamedTuple):
     note: str
 
 
-def heads(table: Table) -> tuple[str, ...]:
+def heads(table: LevelTable) -> tuple[str, ...]:
     """Return the first columns of a table."""
     return ("rank", "method", "IR (95 %)", "excess, pT", f"over {TRACKS[table.track].baseline}, p", "over the first, p")
 
@@ -75,7 +75,7 @@ def chance(p: float) -> str:
     return "" if math.isnan(p) else ", p < 0.001" if p < 0.001 else f", p = {p:.2g}"
 
 
-def lines(table: Table) -> list[Line]:
+def lines(table: LevelTable) -> list[BoardLine]:
     """Return the methods of a table in words, best first."""
     flights = flights_of(table)
     out = []
@@ -89,7 +89,7 @@ def lines(table: Table) -> list[Line]:
             marks.append("fails: " + ", ".join(one.failed))
         cost = table.costs.get(one.method, {})
         out.append(
-            Line(
+            BoardLine(
                 rank(one),
                 one.method,
                 interval(one.ir),
@@ -111,18 +111,18 @@ def rank(one: Standing) -> str:
     return str(one.rank) if one.rank_low == one.rank_high else f"{one.rank} ({one.rank_low} to {one.rank_high})"
 
 
-def flights_of(table: Table) -> list[str]:
+def flights_of(table: LevelTable) -> list[str]:
     """Return the names of the flights of a table."""
     return list(next(iter(table.flights.values()), {}))
 
 
-def title(board: Board, table: Table) -> str:
+def title(board: Board, table: LevelTable) -> str:
     """Return the title of a table."""
     level = board.ladder.levels[table.level]
     return f"{table.level}, {level.title}: {table.sensor}, track {table.track}"
 
 
-def about(board: Board, table: Table) -> str:
+def about(board: Board, table: LevelTable) -> str:
     """Return what a table is of, in a sentence or two."""
     level = board.ladder.levels[table.level]
     note = f" {level.note[0].upper()}{level.note[1:]}." if level.note else ""
@@ -133,7 +133,7 @@ def about(board: Board, table: Table) -> str:
     )
 
 
-def lost(table: Table) -> list[str]:
+def lost(table: LevelTable) -> list[str]:
     """Return a line for each method that lost rows, and why."""
     label = [name for name, reason in table.lost.items() if NO_LABEL in reason]
     out = [f"{name}: {reason}" for name, reason in sorted(table.lost.items()) if name not in label]
@@ -245,7 +245,7 @@ def _matrix(board: Board, track: str) -> str:
     return f"<h3>Track {escape(track)}</h3><p>{words}</p>{_html_table(heads, rows)}"
 
 
-def _section(board: Board, table: Table) -> str:
+def _section(board: Board, table: LevelTable) -> str:
     names = [*heads(table), *(f"IR {name}" for name in flights_of(table)), "fit, row (CPU)", "notes"]
     rows = []
     for one, line in zip(table.standings, lines(table), strict=True):

@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from magsim import __version__
-from magsim.benchmark.contest import Entry, Limits
+from magsim.benchmark.contest import Allowance, Contestant
 from magsim.compensation import make
 from magsim.compensation.saving import read_settings
 from magsim.errors import DataError, RequestError
 from magsim.generation.processes import run_all
 from magsim.ladder.board import Board, make_board
+from magsim.ladder.board_files import write_board
 from magsim.ladder.definition import Ladder, read_ladder
 from magsim.ladder.judged import SetResult, SetTask, judge_set
 from magsim.ladder.results import read_set, write_set
@@ -41,11 +42,11 @@ class Settings:
     sets : int
     seed : int
         Public, or hidden.
-    methods, networks : tuple of Entry
+    methods, networks : tuple of Contestant
         Networks are judged on the first ``network_sets`` sets of ``network_levels`` alone.
     network_levels : tuple of str
     network_sets : int
-    limits : Limits
+    limits : Allowance
     command : str
         How it is made again.
     """
@@ -54,11 +55,11 @@ class Settings:
     tracks: tuple[str, ...]
     sets: int
     seed: int
-    methods: tuple[Entry, ...]
-    networks: tuple[Entry, ...]
+    methods: tuple[Contestant, ...]
+    networks: tuple[Contestant, ...]
     network_levels: tuple[str, ...]
     network_sets: int
-    limits: Limits
+    limits: Allowance
     command: str
 
     def task(self, number: int) -> SetTask:
@@ -104,7 +105,7 @@ def run_ladder(
     results = [read_set(_path(folder, number)) for number in range(settings.sets)]
     scores = [score for found, _ in results for score in found]
     board = make_board(head, ladder, scores, [one for _, every in results for one in every])
-    board.write(folder)
+    write_board(board, folder)
     return board
 
 
@@ -189,9 +190,9 @@ def check_entry(text: str) -> None:
         make(text)
 
 
-def entries_of(names: Sequence[str], *, quick: bool) -> tuple[Entry, ...]:
+def entries_of(names: Sequence[str], *, quick: bool) -> tuple[Contestant, ...]:
     """Return methods as they travel, named as they are typed; folders of runs by their last part."""
-    entries = tuple(Entry(name if not Path(name).is_dir() else Path(name).name, name, quick) for name in names)
+    entries = tuple(Contestant(name if not Path(name).is_dir() else Path(name).name, name, quick) for name in names)
     shown = [entry.name for entry in entries]
     if len(set(shown)) < len(shown):
         msg = f"two methods are called {', '.join(sorted({name for name in shown if shown.count(name) > 1}))}"

@@ -35,7 +35,7 @@ REFERENCE = "stinger"
 
 
 @dataclass(frozen=True)
-class Track:
+class LadderTrack:
     """One track.
 
     Attributes
@@ -62,27 +62,29 @@ class Track:
         return "tl16_measured" if self.label == "none" else "tl16"
 
 
-TRACKS: Mapping[str, Track] = {
+TRACKS: Mapping[str, LadderTrack] = {
     track.name: track
     for track in (
-        Track("no-labels", "all channels, no labels: what a survey has", (*CLASSIC, *INS, *CHANNELS), "none"),
-        Track(
+        LadderTrack("no-labels", "all channels, no labels: what a survey has", (*CLASSIC, *INS, *CHANNELS), "none"),
+        LadderTrack(
             "frozen",
             "no labels, calibrated once, flown on another day",
             (*CLASSIC, *INS, *CHANNELS),
             "none",
             later=True,
         ),
-        Track("classic", "scalar magnetometer and fluxgate; noise-free labels", CLASSIC, "truth"),
-        Track("closed", "with INS, barometer and radar; noise-free labels", (*CLASSIC, *INS), "truth"),
-        Track("open", "all channels; noise-free labels", (*CLASSIC, *INS, *CHANNELS), "truth"),
-        Track("reference", "all channels; the label is a compensated stinger", (*CLASSIC, *INS, *CHANNELS), "stinger"),
+        LadderTrack("classic", "scalar magnetometer and fluxgate; noise-free labels", CLASSIC, "truth"),
+        LadderTrack("closed", "with INS, barometer and radar; noise-free labels", (*CLASSIC, *INS), "truth"),
+        LadderTrack("open", "all channels; noise-free labels", (*CLASSIC, *INS, *CHANNELS), "truth"),
+        LadderTrack(
+            "reference", "all channels; the label is a compensated stinger", (*CLASSIC, *INS, *CHANNELS), "stinger"
+        ),
     )
 }
 """In the order of the board."""
 
 
-def chosen_tracks(names: Sequence[str]) -> tuple[Track, ...]:
+def chosen_tracks(names: Sequence[str]) -> tuple[LadderTrack, ...]:
     """Return tracks by name, in the board's order.
 
     Raises
@@ -97,7 +99,7 @@ def chosen_tracks(names: Sequence[str]) -> tuple[Track, ...]:
     return tuple(track for track in TRACKS.values() if track.name in names)
 
 
-def training_of(track: Track, flights: LevelFlights, sensor: str) -> tuple[Recording, ...] | None:
+def training_of(track: LadderTrack, flights: LevelFlights, sensor: str) -> tuple[Recording, ...] | None:
     """Return what a method is given to learn from; None where the level has no label of the track's kind.
 
     Of scalar readings the judged one alone: another magnetometer's would be the answer.
@@ -110,17 +112,17 @@ def training_of(track: Track, flights: LevelFlights, sensor: str) -> tuple[Recor
     return tuple(_reduced(recording, track, sensor, labels=track.label != "none") for recording in recordings)
 
 
-def judged_flights(track: Track, flights: LevelFlights) -> Mapping[str, Recording]:
+def judged_flights(track: LadderTrack, flights: LevelFlights) -> Mapping[str, Recording]:
     """Return the flights that are judged, whole, by role."""
     return flights.later if track.later else flights.tests
 
 
-def blind_of(track: Track, recording: Recording, sensor: str) -> Recording:
+def blind_of(track: LadderTrack, recording: Recording, sensor: str) -> Recording:
     """Return what a method may see of a flight that is judged."""
     return _reduced(recording, track, sensor, labels=False).blind()
 
 
-def _reduced(recording: Recording, track: Track, sensor: str, *, labels: bool) -> Recording:
+def _reduced(recording: Recording, track: LadderTrack, sensor: str, *, labels: bool) -> Recording:
     label = {columns.INTERFERENCE.name(sensor=sensor)}
 
     def wanted(name: str) -> bool:

@@ -16,7 +16,7 @@ from magsim.benchmark.statistics import (
 
 
 def test_holms_steps():
-    """Four p values whose order and products can be followed by hand (R, p.adjust(c(0.01, 0.04, 0.03, 0.005), "holm"))."""
+    """Four p values, to be followed by hand; R: p.adjust(c(0.01, 0.04, 0.03, 0.005), "holm")."""
     assert holm([0.01, 0.04, 0.03, 0.005]).tolist() == pytest.approx([0.03, 0.06, 0.06, 0.02])
     assert holm([0.9, 0.8]).tolist() == [1.0, 1.0]
     assert holm([]).tolist() == []

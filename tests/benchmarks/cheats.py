@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 
 from magsim import signals
-from magsim.benchmark.contest import Contest, Entry, Limits
+from magsim.benchmark.contest import Allowance, Contest, Contestant
 from magsim.benchmark.judging import residuals_of
 from magsim.benchmark.residuals import Judged
 from magsim.benchmark.twins import twin_of
 from magsim.compensation import create
 from magsim.dataset import training_rows
-from magsim.ladder.board import Table, make_board
+from magsim.ladder.board import LevelTable, make_board
 from magsim.ladder.definition import read_ladder
 from magsim.ladder.flights import fly_set
 from magsim.ladder.judged import CROP_S, SetTask, judge_set
@@ -30,7 +30,7 @@ from magsim.ladder.results import Score
 from magsim.ladder.seeds import PUBLIC_SEED, hidden_seed
 from magsim.ladder.tracks import TRACKS, blind_of, training_of
 from magsim.threads import one_blas_thread
-from tests.benchmarks.cheat_rows import tricks
+from tests.benchmarks.cheat_rows import removers, tricks
 from tests.benchmarks.cheat_rows.flies import FliesPublicSets
 from tests.benchmarks.rows import Row, at_least, at_most, finish, stated
 
@@ -40,23 +40,26 @@ MARGIN = 1.02
 
 HERE = Path(__file__).parent / "cheat_rows"
 RANDOMNESS = "public randomness of the cheats' own sets"
-LIMITS = Limits(fit_s=60.0, estimate_s=25.0)
+LIMITS = Allowance(fit_s=60.0, estimate_s=25.0)
 HONEST = ("tl16", "tl18", "tl16_auxiliary", "vector_tl", "exact_norm", "exact_norm_whole")
 TURNS = 3
 
 
-def cheats() -> tuple[Entry, ...]:
-    """Return all tricks of ``tricks.py``."""
-    found = [
-        name for name, value in vars(tricks).items() if isinstance(value, type) and issubclass(value, tricks.Honest)
-    ]
-    chosen = [name for name in found if name not in ("Honest", "Reader")]
-    return tuple(Entry(name, f"{HERE / 'tricks.py'}:{name}") for name in chosen)
+def cheats() -> tuple[Contestant, ...]:
+    """Return all tricks of ``tricks.py`` and ``removers.py``."""
+    out = []
+    for module in (tricks, removers):
+        file = HERE / f"{module.__name__.rpartition('.')[2]}.py"
+        own = [
+            name for name, value in vars(module).items() if isinstance(value, type) and issubclass(value, module.Honest)
+        ]
+        out += [Contestant(name, f"{file}:{name}") for name in own if name not in {"Honest", "Reader"}]
+    return tuple(out)
 
 
 def judged(
-    entries: Sequence[Entry], seed: int, sets: Sequence[int], limits: Limits = LIMITS
-) -> tuple[Table, list[Score]]:
+    entries: Sequence[Contestant], seed: int, sets: Sequence[int], limits: Allowance = LIMITS
+) -> tuple[LevelTable, list[Score]]:
     """Judge methods and return their table and scores."""
     results = [judge_set(SetTask(number, seed, (LEVEL,), (TRACK,), tuple(entries), (), (), limits)) for number in sets]
     scores = [score for one in results for score in one.scores]
@@ -64,7 +67,7 @@ def judged(
     return board.tables[0], scores
 
 
-def winners(table: Table, names: Sequence[str]) -> list[str]:
+def winners(table: LevelTable, names: Sequence[str]) -> list[str]:
     """Return the cheats that win, and say of every one what became of it."""
     won = []
     for name in names:
@@ -84,12 +87,12 @@ def winners(table: Table, names: Sequence[str]) -> list[str]:
     return won
 
 
-def pretrained(seed: int) -> Entry:
+def pretrained(seed: int) -> Contestant:
     """Return a method that was fitted to the very flight that it is judged on."""
     flown = fly_set(read_ladder(), read_ladder().chosen((LEVEL,)), seed, 0)[LEVEL]
     folder = Path(tempfile.mkdtemp()) / "has_seen_the_test"
     create("exact_norm").fit([flown.tests["circuit"], *flown.training], sensor="cabin").save(folder)
-    return Entry(folder.name, str(folder))
+    return Contestant(folder.name, str(folder))
 
 
 def differing(alone: Sequence[Score], beside: Sequence[Score]) -> int:
@@ -119,11 +122,11 @@ def overhead(seed: int) -> Sequence[Row]:
 
     spent: dict[str, list[float]] = {"isolated": [], "together": []}
     with Contest() as contest, one_blas_thread():
-        contest.run(Entry("tl16", "tl16"), training, "cabin", rounds, LIMITS, rng)  # its server is there
+        contest.run(Contestant("tl16", "tl16"), training, "cabin", rounds, LIMITS, rng)  # its server is there
         for _ in range(TURNS):
             began = time.monotonic()
             for name in HONEST:
-                scored(name, contest.run(Entry(name, name), training, "cabin", rounds, LIMITS, rng).estimates)
+                scored(name, contest.run(Contestant(name, name), training, "cabin", rounds, LIMITS, rng).estimates)
             spent["isolated"].append(time.monotonic() - began)
             began = time.monotonic()
             for name in HONEST:
@@ -140,7 +143,7 @@ def overhead(seed: int) -> Sequence[Row]:
 
 
 def on_public_set() -> float:
-    """Return how much better than Tolles-Lawson a method is that flies the public sets for itself, out of its sandbox."""
+    """Return how much better than Tolles-Lawson a method is that flies the public sets, out of its sandbox."""
     flown = fly_set(read_ladder(), read_ladder().chosen((LEVEL,)), PUBLIC_SEED, 0)[LEVEL]
     test, left = flown.tests["circuit"], []
     for method in (create("tl16"), FliesPublicSets()):
@@ -162,13 +165,13 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=2, help="sets of flights that the cheats are judged on")
     arguments = parser.parse_args()
     seed = hidden_seed(HERE / "tricks.py", RANDOMNESS)
-    numbers, honest, every = range(arguments.sets), Entry("tl16", "tl16"), cheats()
+    numbers, honest, every = range(arguments.sets), Contestant("tl16", "tl16"), cheats()
     _, alone = judged([honest], seed, numbers)
     beside_table, beside = judged(
         [*every[: len(every) // 2], honest, *every[len(every) // 2 :], pretrained(seed)], seed, numbers
     )
     won = winners(beside_table, [*(one.name for one in every), "has_seen_the_test"])
-    flies = Entry("FliesPublicSets", f"{HERE / 'flies.py'}:FliesPublicSets")
+    flies = Contestant("FliesPublicSets", f"{HERE / 'flies.py'}:FliesPublicSets")
     hidden, _ = judged([honest, flies], seed, [0])
     won += winners(hidden, [flies.name])
     finish(

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from magsim.benchmark.contest import Entry, Limits
+from magsim.benchmark.contest import Allowance, Contestant
 from magsim.benchmark.statistics import geometric_mean
-from magsim.ladder.board import Board, Table
+from magsim.ladder.board import Board, LevelTable
 from magsim.ladder.definition import read_ladder
 from magsim.ladder.run import Settings, run_ladder
 from tests.benchmarks.rows import Row, at_least, finish, stated
@@ -49,17 +49,17 @@ RANKED = ("L0", "L4", "L5d", "L6", "LF", "LX")
 
 def settings(levels: Sequence[str], sets: int, methods: Mapping[str, str], networks: Sequence[str] = ()) -> Settings:
     """Return what is run."""
-    entries = tuple(Entry(name, text) for name, text in methods.items())
+    entries = tuple(Contestant(name, text) for name, text in methods.items())
     return Settings(
         tuple(levels),
         ("open",),
         sets,
         SEED,
         entries,
-        tuple(Entry(name, name, quick=True) for name in networks),
+        tuple(Contestant(name, name, quick=True) for name in networks),
         read_ladder().networks,
         4,
-        Limits(),
+        Allowance(),
         "",
     )
 
@@ -89,7 +89,7 @@ def costs(board: Board) -> list[Row]:
     return out
 
 
-def ranks(table: Table) -> list[Row]:
+def ranks(table: LevelTable) -> list[Row]:
     """Return the standings of a table."""
     out = []
     for one in table.standings:

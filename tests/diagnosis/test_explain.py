@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import coherence as reference
 
 from magsim import plots, signals
-from magsim.benchmark.judging import judge
 from magsim.benchmark.formulas import figure_of_merit, std
+from magsim.benchmark.judging import judge
 from magsim.cli import main
 from magsim.compensation import TollesLawson, create
 from magsim.compensation.background import model_along

@@ -15,7 +15,6 @@ from magsim.generation.comparison import Reference
 from magsim.generation.description import statistics
 from magsim.generation.description.samples import SAMPLES
 from magsim.generation.description.statistics import STATISTICS
-from magsim.loading import load_scenario
 from magsim.storage.machine import differences, fingerprint
 
 RENEW = "run: magsim dataset build {} --renew --force"

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from magsim.ladder import judged, run
-from magsim.ladder.definition import Flight, Ladder, read_ladder
+from magsim.ladder.definition import Ladder, SetFlight, read_ladder
 
 
 def small() -> Ladder:
@@ -13,7 +13,7 @@ def small() -> Ladder:
     whole = read_ladder()
     line = "pattern={{kind='straight', leg_m=14000.0}}"
     test = (line, "recording={{rate_hz=10, split='test'}}", "start.heading_deg={heading_line}")
-    flights = {"train_1": whole.flights["train_1"], "line": Flight(set=test, test=True)}
+    flights = {"train_1": whole.flights["train_1"], "line": SetFlight(set=test, test=True)}
     levels = {name: level.model_copy(update={"flights": {}}) for name, level in whole.levels.items()}
     return replace(whole, flights=flights, levels=levels)
 

@@ -5,7 +5,7 @@ import pytest
 
 from magsim import columns
 from magsim.dataset import training_rows
-from magsim.ladder.definition import Flight, Ladder, read_ladder
+from magsim.ladder.definition import Ladder, SetFlight, read_ladder
 from magsim.ladder.flights import fly_set, kept, with_half_widths
 from magsim.ladder.tracks import TRACKS, blind_of, chosen_tracks, judged_flights, training_of
 from magsim.loading import load_scenario
@@ -20,7 +20,7 @@ def ladder():
     line = "pattern={{kind='straight', leg_m=6000.0}}"
     flights = {
         "train_1": whole.flights["train_1"],
-        "line": Flight(
+        "line": SetFlight(
             set=(line, "recording={{rate_hz=10, split='test'}}", "start.heading_deg={heading_line}"), test=True
         ),
     }

@@ -138,7 +138,7 @@ def test_flights_share_the_aircraft_and_not_what_its_hidden_loads_do(recording, 
 
 
 def test_three_tenths_of_the_loads_power_in_band_have_no_channel(recording):
-    """Of an aircraft that is nothing but loads: what the recorded currents explain, each over two paths, and the rest."""
+    """Of the loads alone: what the recorded currents explain, each over two paths, and the rest."""
     aircraft = ForeignAircraft.draw(np.random.default_rng(2))
     from magsim.ladder.foreign.aircraft import RATE_HZ, _Fine, _hidden_loads
 

@@ -5,12 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from magsim.benchmark.contest import Entry, Limits
+from magsim.benchmark.contest import Allowance, Contestant
 from magsim.compensation import create
 from magsim.dataset import training_rows
 from magsim.errors import DataError, RequestError
 from magsim.ladder import run as running
 from magsim.ladder.board import make_board
+from magsim.ladder.board_files import write_board
 from magsim.ladder.flights import fly_set
 from magsim.ladder.judged import CROP_S, SetTask, judge_set
 from magsim.ladder.results import read_set
@@ -24,8 +25,8 @@ METHODS = ("tl16", "tl16_measured")
 def settings(sets=2, methods=METHODS, **changed):
     whole = {
         "levels": ("L0",), "tracks": ("no-labels", "open"), "sets": sets, "seed": 3,
-        "methods": tuple(Entry(name, name) for name in methods), "networks": (), "network_levels": (),
-        "network_sets": 0, "limits": Limits(fit_s=60.0, estimate_s=60.0), "command": "magsim benchmark --ladder",
+        "methods": tuple(Contestant(name, name) for name in methods), "networks": (), "network_levels": (),
+        "network_sets": 0, "limits": Allowance(fit_s=60.0, estimate_s=60.0), "command": "magsim benchmark --ladder",
     }  # fmt: skip
     return Settings(**whole | changed)
 
@@ -141,8 +142,8 @@ def test_the_report_is_strict_json_and_says_what_it_was_made_of(small_ladder, wh
 def test_tables_do_not_depend_on_the_order_of_methods(small_ladder):
     both = []
     for methods in (METHODS, METHODS[::-1]):
-        entries = tuple(Entry(name, name) for name in methods)
-        both.append(judge_set(SetTask(0, 3, ("L0",), ("open",), entries, (), (), Limits())))
+        entries = tuple(Contestant(name, name) for name in methods)
+        both.append(judge_set(SetTask(0, 3, ("L0",), ("open",), entries, (), (), Allowance())))
     first, second = (sorted(map(repr, one.scores)) for one in both)
     assert first == second
 
@@ -160,5 +161,5 @@ def test_methods_that_there_are_not_are_refused_before_a_flight(tmp_path):
 
 def test_a_board_of_nothing_is_empty(small_ladder, tmp_path):
     board = make_board({}, small_ladder, [], [])
-    board.write(tmp_path)
+    write_board(board, tmp_path)
     assert (tmp_path / "board.html").read_text().startswith("<!doctype html>")

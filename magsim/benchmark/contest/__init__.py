@@ -10,6 +10,6 @@ seeds and the simulator, so it could fly public flights again; against that hidd
 """
 
 from magsim.benchmark.contest.contest import Contest
-from magsim.benchmark.contest.outcome import Costs, Entry, Limits, Outcome
+from magsim.benchmark.contest.outcome import Allowance, Contestant, Costs, Finish
 
-__all__ = ["Contest", "Costs", "Entry", "Limits", "Outcome"]
+__all__ = ["Allowance", "Contest", "Contestant", "Costs", "Finish"]

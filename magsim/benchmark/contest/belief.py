@@ -10,11 +10,10 @@ import numpy as np
 from magsim import columns
 from magsim.benchmark.contest import wire
 from magsim.benchmark.contest.outcome import Costs, LostError, Status
+from magsim.benchmark.judging import LONGEST_WARMUP_S
 from magsim.compensation import saving
 from magsim.recording import Recording
 from magsim.signals import spans
-
-LONGEST_WARMUP_S = 60.0
 
 LARGEST_NT = 1e9
 """An estimate beyond it is none: its square would spoil the tables of all."""

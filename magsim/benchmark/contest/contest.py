@@ -11,7 +11,7 @@ import numpy as np
 from magsim.benchmark.contest import entries, sandbox, wire
 from magsim.benchmark.contest.belief import Learned, answering, believed, checked, declared
 from magsim.benchmark.contest.disguise import disguised
-from magsim.benchmark.contest.outcome import Costs, Entry, Limits, LostError, Outcome
+from magsim.benchmark.contest.outcome import Allowance, Contestant, Costs, Finish, LostError
 from magsim.benchmark.contest.process import Server
 from magsim.recording import Recording
 
@@ -51,18 +51,18 @@ class Contest:
 
     def run(  # noqa: PLR0917 - all that a method is judged by
         self,
-        entry: Entry,
+        entry: Contestant,
         training: Sequence[Recording],
         sensor: str,
         rounds: Sequence[Sequence[Recording]],
-        limits: Limits,
+        limits: Allowance,
         rng: np.random.Generator,
-    ) -> Outcome:
+    ) -> Finish:
         """Let a method fit, and estimate round by round, each in a process of its own.
 
         Parameters
         ----------
-        entry : Entry
+        entry : Contestant
         training : sequence of Recording
             What it may learn from; of it inputs, labels and segments.
         sensor : str
@@ -70,13 +70,13 @@ class Contest:
         rounds : sequence of sequence of Recording
             Those of one round are seen by one process, in a random order; of them the inputs that the fitted method
             requires.
-        limits : Limits
+        limits : Allowance
         rng : numpy.random.Generator
             Of names, clocks and order.
 
         Returns
         -------
-        Outcome
+        Finish
             Whatever the method does.
 
         Raises
@@ -91,10 +91,10 @@ class Contest:
             fitted = run.fit(training)
             found = [run.estimate(fitted, flights) for flights in rounds]
         except LostError as lost:
-            return Outcome(lost.status, lost.reason)
+            return Finish(lost.status, lost.reason)
         rows = sum(len(flight) for flights in rounds for flight in flights)
         spent_s = sum(cpu_s for _, cpu_s in found)
-        return Outcome(
+        return Finish(
             "ok",
             estimates=tuple(estimates for estimates, _ in found),
             requires=fitted.requires,
@@ -127,7 +127,9 @@ class _Done(NamedTuple):
 class _Run:
     """One method in its processes."""
 
-    def __init__(self, server: Server, entry: Entry, sensor: str, limits: Limits, rng: np.random.Generator) -> None:
+    def __init__(
+        self, server: Server, entry: Contestant, sensor: str, limits: Allowance, rng: np.random.Generator
+    ) -> None:
         self._server, self._sensor, self._limits, self._rng = server, sensor, limits, rng
         self._folder = Path(entry.method)
         self.pretrained = self._folder.is_dir()

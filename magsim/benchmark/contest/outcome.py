@@ -10,7 +10,7 @@ Status = Literal["ok", "needs", "failed", "crashed", "timed_out", "not_finite", 
 
 
 @dataclass(frozen=True)
-class Entry:
+class Contestant:
     """A method as it travels: text alone.
 
     Attributes
@@ -30,7 +30,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Limits:
+class Allowance:
     """What a method may use.
 
     Attributes
@@ -75,7 +75,7 @@ class Costs:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Finish:
     """What became of a method.
 
     Attributes

@@ -22,7 +22,7 @@ EDGE_HZ = 3.5
 
 
 @dataclass(frozen=True)
-class Metal:
+class ForeignMetal:
     """Steel and loops: places from the scalar magnetometer [m], and what they do.
 
     Attributes
@@ -80,13 +80,13 @@ class ForeignAircraft:
 
     Attributes
     ----------
-    metal : Metal
+    metal : ForeignMetal
     fluxgate : Fluxgate
     seed : int
         Of wires and surfaces, each by its name, so that flights with other loads share what they have in common.
     """
 
-    metal: Metal
+    metal: ForeignMetal
     fluxgate: Fluxgate
     seed: int
 
@@ -271,12 +271,12 @@ def _directions(rng: np.random.Generator, *shape: int) -> np.ndarray:
     return np.asarray(drawn / np.linalg.norm(drawn, axis=-1, keepdims=True))
 
 
-def _metal(rng: np.random.Generator) -> Metal:
+def _metal(rng: np.random.Generator) -> ForeignMetal:
     """Draw steel and loops: moments for some hundred nT at the scalar magnetometer, steel 2.2 to 4 m from it."""
     coercive = np.exp(rng.normal(np.log(6_000.0), 0.7, (LUMPS, DIRECTIONS, RELAYS)))
     center = rng.normal(0.0, 25_000.0, (LUMPS, DIRECTIONS, RELAYS))
     weights = rng.dirichlet(np.ones(RELAYS), (LUMPS, DIRECTIONS))
-    return Metal(
+    return ForeignMetal(
         places_m=_directions(rng, LUMPS) * rng.uniform(2.2, 4.0, (LUMPS, 1)),
         fixed_am2=_directions(rng, LUMPS) * rng.uniform(6.0, 45.0, (LUMPS, 1)),
         axes=_directions(rng, LUMPS, DIRECTIONS),

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from magsim.benchmark.contest import Contest, Entry, Limits, Outcome
+from magsim.benchmark.contest import Allowance, Contest, Contestant, Finish
 from magsim.recording import Recording
 from tests.support.inertial import flown
 
 SENSOR = "cabin"
-LIMITS = Limits(fit_s=60.0, estimate_s=60.0)
+LIMITS = Allowance(fit_s=60.0, estimate_s=60.0)
 
 HEAD = """
 import contextlib, gc, json, os, socket, sys, tempfile, time
@@ -75,6 +75,6 @@ def method_file(
     return f"{path}:Method"
 
 
-def judged(contest: Contest, method: str, *, seed: int = 1, limits: Limits = LIMITS) -> Outcome:
+def judged(contest: Contest, method: str, *, seed: int = 1, limits: Allowance = LIMITS) -> Finish:
     """Let a method fit and estimate."""
-    return contest.run(Entry("a", method), training(), SENSOR, rounds(), limits, np.random.default_rng(seed))
+    return contest.run(Contestant("a", method), training(), SENSOR, rounds(), limits, np.random.default_rng(seed))

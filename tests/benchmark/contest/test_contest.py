@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magsim.benchmark.contest import Contest, Entry
+from magsim.benchmark.contest import Contest, Contestant
 from magsim.compensation import create
 from magsim.dataset import training_rows
 from magsim.signals import in_band
@@ -38,7 +38,7 @@ def estimates_here(name):
 
 @pytest.mark.parametrize("name", ["tl16", "tl16_recursive", "exact_norm"])
 def test_estimates_are_those_of_the_method_in_one_process(contest, name):
-    found = contest.run(Entry(name, name), training(), SENSOR, rounds(), LIMITS, Unmoved())
+    found = contest.run(Contestant(name, name), training(), SENSOR, rounds(), LIMITS, Unmoved())
     assert (found.status, found.reason) == ("ok", "")
     expected = estimates_here(name)
     for estimates in found.estimates:
@@ -120,16 +120,16 @@ def test_a_trained_run_comes_fitted_and_says_what_it_has_learned(contest, tmp_pa
     method.save(tmp_path)
     digests = [hashlib.sha256(bytes([k])).hexdigest() for k in range(2)]
     (tmp_path / "run.json").write_text(json.dumps({"rows": [{"sha256": one} for one in digests]}), encoding="utf-8")
-    found = contest.run(Entry("run", str(tmp_path)), (), SENSOR, rounds(), LIMITS, Unmoved())
+    found = contest.run(Contestant("run", str(tmp_path)), (), SENSOR, rounds(), LIMITS, Unmoved())
     assert (found.status, found.pretrained, found.learned) == ("ok", True, tuple(digests))
     np.testing.assert_allclose(found.estimates[1][0], method.interference(flights()[0]), rtol=0.0, atol=1e-9)
-    other = contest.run(Entry("run", str(tmp_path)), (), "stinger", rounds(), LIMITS, Unmoved())
+    other = contest.run(Contestant("run", str(tmp_path)), (), "stinger", rounds(), LIMITS, Unmoved())
     assert (other.status, "magnetometer" in other.reason) == ("needs", True)
 
 
 def test_networks_have_a_server_of_their_own(contest):
     pytest.importorskip("torch")
-    found = contest.run(Entry("bp", "bp", quick=True), training(), SENSOR, rounds(), LIMITS, Unmoved())
+    found = contest.run(Contestant("bp", "bp", quick=True), training(), SENSOR, rounds(), LIMITS, Unmoved())
     assert (found.status, found.reason) == ("ok", "")
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magsim.benchmark.contest import Contest, Entry, Limits
+from magsim.benchmark.contest import Allowance, Contest, Contestant
 from magsim.benchmark.contest import contest as judge
 from magsim.errors import RequestError
 from tests.benchmark.contest.cases import LIMITS, SENSOR, flights, judged, method_file, rounds, training
@@ -49,7 +49,7 @@ def test_a_crash_loses_a_row(contest, tmp_path, how, where):
 )
 def test_an_endless_method_is_ended(contest, tmp_path, body, where):
     parts = {"import": {"end": f"\n{body}"}, "learn": {"learn": body}, "estimate": {"estimate": body}}[where]
-    found = judged(contest, method_file(tmp_path, **parts), limits=Limits(fit_s=1.0, estimate_s=1.0))
+    found = judged(contest, method_file(tmp_path, **parts), limits=Allowance(fit_s=1.0, estimate_s=1.0))
     assert (found.status, "1 s" in found.reason) == ("timed_out", True)
 
 
@@ -83,16 +83,16 @@ def test_another_shape_loses_a_row(contest, tmp_path, body):
 
 def test_a_missing_label_and_a_missing_column_are_named(contest):
     unlabeled = [flight.blind() for flight in training()]
-    found = contest.run(Entry("a", "exact_norm"), unlabeled, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
+    found = contest.run(Contestant("a", "exact_norm"), unlabeled, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
     assert (found.status, "interference" in found.reason) == ("needs", True)
     bare = [replace(flight, data={k: v for k, v in flight.data.items() if k[:4] != "flux"}) for flight in training()]
-    found = contest.run(Entry("a", "tl16"), bare, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
+    found = contest.run(Contestant("a", "tl16"), bare, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
     assert (found.status, "flux_" in found.reason) == ("needs", True)
 
 
 def test_too_little_data_are_a_failure_of_the_method(contest):
     short = [flight.take(slice(0, 40)) for flight in training()]
-    found = contest.run(Entry("a", "tl16"), short, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
+    found = contest.run(Contestant("a", "tl16"), short, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
     assert found.status == "failed"
     assert found.reason
 
@@ -160,12 +160,12 @@ def test_a_forged_answer_loses_a_row(contest, tmp_path, body):
 
 def test_an_answer_that_stops_in_the_middle_is_not_waited_for(contest, tmp_path):
     body = "line().sendall(wire.HEADER.pack(100, 0) + b'{'); time.sleep(60.0)"
-    limits = Limits(fit_s=1.0, estimate_s=1.0)
+    limits = Allowance(fit_s=1.0, estimate_s=1.0)
     assert judged(contest, method_file(tmp_path, learn=body, end=FORGED), limits=limits).status == "timed_out"
 
 
 def test_one_that_reads_nothing_is_not_waited_for(contest, tmp_path):
-    limits = Limits(fit_s=1.5, estimate_s=1.5)
+    limits = Allowance(fit_s=1.5, estimate_s=1.5)
     name = method_file(tmp_path, end="import signal\nos.kill(os.getpid(), signal.SIGSTOP)")
     assert judged(contest, name, limits=limits).status == "timed_out"
 
@@ -175,7 +175,7 @@ def test_the_next_method_is_unharmed(contest, tmp_path):
         alone = judged(fresh, "tl16")
     # the second one loses its server, where the kernel does not keep it from that
     for body in ("os._exit(1)", "os.kill(os.getppid(), 9); time.sleep(60.0)"):
-        found = judged(contest, method_file(tmp_path, body), limits=Limits(fit_s=2.0, estimate_s=2.0))
+        found = judged(contest, method_file(tmp_path, body), limits=Allowance(fit_s=2.0, estimate_s=2.0))
         assert found.status in ("crashed", "timed_out")
         found = judged(contest, "tl16")
         assert found.status == "ok"

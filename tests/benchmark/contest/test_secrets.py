@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from magsim import columns
-from magsim.benchmark.contest import Contest, Entry, sandbox
+from magsim.benchmark.contest import Contest, Contestant, sandbox
 from tests.benchmark.contest.cases import LIMITS, SENSOR, flights, judged, method_file, rounds, training
 
 SECRET = "the_truth_of_" + "this_judge"
@@ -64,7 +64,7 @@ def test_only_what_is_required_is_sent_and_nothing_that_names_a_flight(contest, 
     """
     named = [replace(one, meta={**one.meta, "seed": 3, "individual": 7, "scenario": "text"}) for one in flights()]
     name = method_file(tmp_path, body)
-    found = contest.run(Entry("a", name), training(), SENSOR, [named], LIMITS, np.random.default_rng(0))
+    found = contest.run(Contestant("a", name), training(), SENSOR, [named], LIMITS, np.random.default_rng(0))
     columns = [f"flux_nose_{axis}_nt" for axis in "xyz"]
     expected = ["flight_", ["rate_hz", "start_utc"], columns, False]
     assert json.loads(found.reason.removeprefix("RuntimeError: ")) == expected
@@ -77,7 +77,7 @@ def test_truth_in_training_flights_is_not_sent(contest, tmp_path):
     """
     name = method_file(tmp_path, learn=learn)
     with_truth = [replace(one, data={k: v for k, v in one.data.items() if k != "split"}) for one in flights()]
-    found = contest.run(Entry("a", name), with_truth, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
+    found = contest.run(Contestant("a", name), with_truth, SENSOR, rounds(), LIMITS, np.random.default_rng(0))
     assert json.loads(found.reason.removeprefix("RuntimeError: ")) == ["input", "label", "segment"]
 
 
@@ -149,7 +149,7 @@ def seen_by_round(contest, folder, remembers, remember, *, end=""):
     """
     name = method_file(folder, body, end=end)
     twice = [rounds()[0]] * 3
-    found = contest.run(Entry("a", name), training(), SENSOR, twice, LIMITS, np.random.default_rng(0))
+    found = contest.run(Contestant("a", name), training(), SENSOR, twice, LIMITS, np.random.default_rng(0))
     assert (found.status, found.reason) == ("ok", "")
     return [sum(float(one[0]) for one in estimates) for estimates in found.estimates]
 
