@@ -46,6 +46,7 @@ def judge(
     file: str = "",
     level: int | None = None,
     seed: int = 0,
+    twins: bool = True,
 ) -> Residuals:
     """Estimate the interference of a recording's test rows and return what is left.
 
@@ -63,6 +64,8 @@ def judge(
         Time at the start of each piece that does not count; the method's own by default.
     file, level, seed
         Carried into ``Judged``.
+    twins : bool
+        Whether the method is asked for the flight's twins too, three more estimates; without, no gain is known.
 
     Returns
     -------
@@ -85,7 +88,7 @@ def judge(
         msg = f"recording {recording.name!r} has no test rows: no row has split = test and a reading of {sensor!r}"
         raise RequestError(msg)
     judged = Judged(recording.name, file, sensor, level, seed, name)
-    kept = [part for piece in pieces for part in _judge_piece(method, piece, judged, warmup_s)]
+    kept = [part for piece in pieces for part in _judge_piece(method, piece, judged, warmup_s, twins=twins)]
     if not kept:
         raise _too_short(pieces, judged, warmup_s)
     return pooled(kept)
@@ -104,11 +107,13 @@ def _too_short(pieces: Sequence[JudgedPiece], judged: Judged, warmup_s: float) -
     return DataError(msg)
 
 
-def _judge_piece(method: Compensator | None, piece: JudgedPiece, judged: Judged, warmup_s: float) -> list[Residuals]:
+def _judge_piece(
+    method: Compensator | None, piece: JudgedPiece, judged: Judged, warmup_s: float, *, twins: bool
+) -> list[Residuals]:
     """Return the residuals of each run of rows with a reading that is long enough for the filter."""
     whole = piece.whole
     after = whole.time_s >= whole.time_s[0] + warmup_s - 1e-9
-    return _of_piece(piece, _estimates(method, whole, judged, after), judged, after)
+    return _of_piece(piece, _estimates(method, whole, judged, after, twins=twins), judged, after)
 
 
 def _of_piece(piece: JudgedPiece, estimated: _Estimated, judged: Judged, after: np.ndarray) -> list[Residuals]:
@@ -127,16 +132,19 @@ def _runs(time_s: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
     return [run for run in runs if len(run) >= 2]
 
 
-def _estimates(method: Compensator | None, whole: Recording, judged: Judged, after: np.ndarray) -> _Estimated:
+def _estimates(
+    method: Compensator | None, whole: Recording, judged: Judged, after: np.ndarray, *, twins: bool
+) -> _Estimated:
     """Return what a method makes of a piece and of its three twins; zero in the warm-up.
 
     That is four estimates; one alone of a method that reads neither the scalar magnetometer nor a fluxgate, for which
     all four are the same.
     """
-    twins = [
-        twin_of(whole, judged.sensor, stream(judged.seed, f"twin/{judged.recording}/{peak}"), peak) for peak in PEAKS_NT
+    drawn = [
+        twin_of(whole, judged.sensor, stream(judged.seed, f"twin/{judged.recording}/{peak}"), peak if twins else 0.0)
+        for peak in PEAKS_NT
     ]
-    injected = np.stack([twin.injected for twin in twins], axis=1)
+    injected = np.stack([twin.injected for twin in drawn], axis=1)
     nothing = np.zeros_like(injected)
     if method is None:
         label = columns.INTERFERENCE.name(sensor=judged.sensor)
@@ -145,9 +153,9 @@ def _estimates(method: Compensator | None, whole: Recording, judged: Judged, aft
             raise RequestError(msg)
         return _Estimated(whole[label], injected, nothing)
     estimate = _estimate(method, whole, judged, after)
-    if not {columns.MAG.pattern, columns.FLUX.pattern} & set(method.requires):
+    if not twins or not {columns.MAG.pattern, columns.FLUX.pattern} & set(method.requires):
         return _Estimated(estimate, injected, nothing)
-    changed = [_estimate(method, twin.recording.blind(), judged, after) - estimate for twin in twins]
+    changed = [_estimate(method, twin.recording.blind(), judged, after) - estimate for twin in drawn]
     return _Estimated(estimate, injected, np.stack(changed, axis=1))
 
 

@@ -10,7 +10,7 @@ from magsim.benchmark.gates import Scores, gate_failures
 from magsim.benchmark.statistics import Standing, standings
 from magsim.ladder.baselines import BASELINES
 from magsim.ladder.definition import Ladder
-from magsim.ladder.results import Entered, Score
+from magsim.ladder.results import WHOLE, Entered, Score
 from magsim.ladder.tracks import TRACKS
 
 RAW, FLOOR = "none", "noise_floor"
@@ -84,7 +84,7 @@ def _table(track: str, level: str, sensor: str, scores: Sequence[Score], entered
     for score in scores:
         if score.segment != "test":
             continue
-        if score.flight == "all":
+        if score.flight == WHOLE:
             whole[score.method][score.set][score.metric] = score.value
         elif score.metric == "ir":
             parts[score.method][score.flight].append(score.value)

@@ -1,13 +1,15 @@
 """The files of a board.
 
-``scores.csv`` (and ``scores.parquet``) has every score, ``entered.csv`` what became of each method on each set,
-``standings.csv`` the tables, ``report.json`` the tables with all that they were made of; ``board.md`` and
-``board.html`` are for people. Scores and standings are the same again to the last digit; times are not.
+``scores.csv`` (and ``scores.parquet``) has every score, ``sets.csv`` the main ones with a row for each method and set,
+``entered.csv`` what became of each method on each set and what it cost, ``standings.csv`` the tables, ``report.json``
+the tables with all that they were made of; ``board.md`` and ``board.html`` are for people. Scores and standings are
+the same again to the last digit; times are not.
 """
 
 import csv
 import io
 import json
+import math
 import os
 import platform
 from collections.abc import Iterable, Mapping
@@ -19,7 +21,7 @@ from pathlib import Path
 from magsim.benchmark.contest import sandbox
 from magsim.ladder import pages
 from magsim.ladder.board import Board, LevelTable
-from magsim.ladder.results import Entered, Score, plain
+from magsim.ladder.results import WHOLE, Entered, Score, plain
 from magsim.storage import atomic_text, atomic_write
 
 LIBRARIES = ("numpy", "scipy", "numba", "jsbsim", "torch", "h5py")
@@ -29,6 +31,8 @@ def write_board(board: Board, folder: Path) -> None:
     """Write all files into a folder, in place of those that are there."""
     atomic_text(folder / "scores.csv", _csv(Score._fields, board.scores), force=True)
     rows = [one._replace(requires=" ".join(one.requires), learned=" ".join(one.learned)) for one in board.entered]  # type: ignore[arg-type]
+    columns = ("track", "level", "sensor", "set", "method", *MAIN)
+    atomic_text(folder / "sets.csv", _csv(columns, _by_set(board.scores)), force=True)
     atomic_text(folder / "entered.csv", _csv(Entered._fields, rows), force=True)
     if find_spec("pyarrow"):
         import pandas as pd
@@ -46,6 +50,20 @@ def write_board(board: Board, folder: Path) -> None:
     atomic_text(folder / "report.json", json.dumps(_strict(report), indent=1, allow_nan=False) + "\n", force=True)
     atomic_text(folder / "board.md", pages.markdown(board), force=True)
     atomic_text(folder / "board.html", pages.html(board), force=True)
+
+
+MAIN = ("std_nt", "ir", "excess_pt", "rmse0_nt", "slow_nt", "gain_0.1", "gain_1", "gain_20", "distortion")
+"""Metrics of ``sets.csv``."""
+
+
+def _by_set(scores: Iterable[Score]) -> Iterable[tuple[object, ...]]:
+    """Yield the main scores of all flights together, a row for each method and set."""
+    rows: dict[tuple[object, ...], dict[str, float]] = {}
+    for one in scores:
+        if one.flight == WHOLE and one.metric in MAIN:
+            rows.setdefault((one.track, one.level, one.sensor, one.set, one.method), {})[one.metric] = one.value
+    for key, found in rows.items():
+        yield (*key, *(found.get(metric, math.nan) for metric in MAIN))
 
 
 def _flat(table: LevelTable) -> Iterable[dict[str, object]]:

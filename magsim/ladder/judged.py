@@ -14,7 +14,7 @@ from magsim.benchmark.twins import PEAKS_NT, Twin, twin_of
 from magsim.ladder.baselines import BASELINES
 from magsim.ladder.definition import Level, read_ladder
 from magsim.ladder.flights import LevelFlights, fly_set
-from magsim.ladder.results import Entered, Score
+from magsim.ladder.results import WHOLE, Entered, Score
 from magsim.ladder.tracks import TRACKS, LadderTrack, blind_of, judged_flights, training_of
 from magsim.recording import Recording
 from magsim.streams import stream
@@ -22,9 +22,6 @@ from magsim.threads import one_blas_thread
 
 CROP_S = LONGEST_WARMUP_S
 """Time at the start of each flight that counts for nobody [s]."""
-
-WHOLE = "all"
-"""All flights of a set together."""
 
 PARTS = ("std_nt", "ir")
 """Metrics that are kept of single flights and their parts too."""

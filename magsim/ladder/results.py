@@ -11,6 +11,9 @@ from magsim.storage import atomic_text
 
 FORMAT = 1
 
+WHOLE = "all"
+"""All flights of a set together."""
+
 
 class Score(NamedTuple):
     """One score of one method on one set.

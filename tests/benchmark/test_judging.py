@@ -301,3 +301,12 @@ def test_what_cannot_be_judged_is_refused(recording, change, error, text):
 def test_unfitted_methods_are_refused(recording):
     with pytest.raises(RequestError, match="method tl16 is not fitted yet"):
         judge(create("tl16"), recording)
+
+
+def test_a_method_is_not_asked_for_twins_where_nobody_wants_them(recording):
+    method = stub().fit(recording)
+    found, whole = judge(method, recording, twins=False), judge(method, recording)
+    assert len(method.seen) == 1 + 4
+    assert not found.injected.any()
+    assert not found.change.any()
+    np.testing.assert_array_equal(found.error, whole.error)

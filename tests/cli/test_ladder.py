@@ -93,6 +93,7 @@ def test_a_run_leaves_its_board_and_prints_it(tmp_path, monkeypatch, capsys):
         "ladder.json",
         "sets",
         "scores.csv",
+        "sets.csv",
         "standings.csv",
         "entered.csv",
         "report.json",

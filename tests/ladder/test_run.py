@@ -1,5 +1,6 @@
 """Runs of a ladder: the same tables however they are broken off; nothing on the disk before its time."""
 
+import csv
 import json
 
 import numpy as np
@@ -157,6 +158,17 @@ def test_methods_that_there_are_not_are_refused_before_a_flight(tmp_path):
     check_entry(f"{tmp_path}/mine.py:Mine")  # it is not run here
     with pytest.raises(RequestError, match="two methods are called tl16"):
         entries_of(["tl16", "tl16"], quick=False)
+
+
+def test_the_main_scores_have_a_row_for_each_method_and_set(whole, board_folder):
+    with (board_folder / "sets.csv").open(encoding="utf-8") as file:
+        rows = [*csv.DictReader(file)]
+    (one,) = [row for row in rows if (row["track"], row["method"], row["set"]) == ("open", "tl16", "1")]
+    found = {s.metric: s.value for s in whole.scores if s[:6] == ("open", "L0", 1, "cabin", "tl16", "all")}
+    for metric in ("std_nt", "ir", "excess_pt", "slow_nt"):
+        assert float(one[metric]) == pytest.approx(found[metric], rel=1e-8)
+    # anomalies of one height alone are in a set of one flight
+    assert sum(one[f"gain_{height}"] != "nan" for height in ("0.1", "1", "20")) == 1
 
 
 def test_a_board_of_nothing_is_empty(small_ladder, tmp_path):

@@ -121,7 +121,7 @@ def scores(made: Compensator | None, recording: Recording) -> dict[str, float]:
     reading; STD in band and improvement ratio against truth; R2 of the interference, unfiltered.
     """
     tested = split_as(recording, TEST)
-    residuals = judge(made, tested, sensor=SENSOR)
+    residuals = judge(made, tested, sensor=SENSOR, twins=False)
     reading = tested[columns.MAG.name(sensor=SENSOR)]
     label = tested[columns.INTERFERENCE.name(sensor=SENSOR)]
     estimate = label if made is None else made.interference(tested)

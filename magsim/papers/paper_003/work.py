@@ -168,7 +168,7 @@ def scores(method: Compensator | None, recording: Recording) -> dict[str, float]
     # what was flown before leads the filter in, and no more of it is needed
     near = recording.take(recording.time_s >= start - 2.0 * EDGE_S)
     warmup_s = (TAPS - 1) / recording.rate_hz
-    for segment, metric, value in scores_of(judge(method, near, sensor=SENSOR, warmup_s=warmup_s)):
+    for segment, metric, value in scores_of(judge(method, near, sensor=SENSOR, warmup_s=warmup_s, twins=False)):
         if segment == "test" and metric in {"std_nt", "ir"}:
             found[{"std_nt": "std band", "ir": "ir band"}[metric]] = value
     return found

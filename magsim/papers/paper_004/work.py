@@ -101,7 +101,7 @@ def scores(made: Compensator | None, recording: Recording) -> dict[str, float]:
     ``left`` is the paper's: where a method has nets of the field, what these explain is taken off too.
     """
     (sensor,) = recording.scalars
-    residuals = judge(made, recording, sensor=sensor)
+    residuals = judge(made, recording, sensor=sensor, twins=False)
     ratio = BY_NAME["ir"].of(residuals)
     assert ratio is not None
     reading, clean = (recording[family.name(sensor=sensor)] for family in (columns.MAG, columns.CLEAN))
