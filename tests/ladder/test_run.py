@@ -165,7 +165,7 @@ def test_the_main_scores_have_a_row_for_each_method_and_set(whole, board_folder)
         rows = [*csv.DictReader(file)]
     (one,) = [row for row in rows if (row["track"], row["method"], row["set"]) == ("open", "tl16", "1")]
     found = {s.metric: s.value for s in whole.scores if s[:6] == ("open", "L0", 1, "cabin", "tl16", "all")}
-    for metric in ("std_nt", "ir", "excess_pt", "slow_nt"):
+    for metric in ("std_nt", "ir", "excess_pt", "rmse0_nt"):
         assert float(one[metric]) == pytest.approx(found[metric], rel=1e-8)
     # anomalies of one height alone are in a set of one flight
     assert sum(one[f"gain_{height}"] != "nan" for height in ("0.1", "1", "20")) == 1

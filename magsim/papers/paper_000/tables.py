@@ -197,7 +197,7 @@ def _outputs(results: Results) -> PaperTable:
             lines.append(Line(f"{name}, output is the {output}", cells, remark, added=output == "interference"))
     notes = (
         (
-            "The anomaly gain is the share of injected anomalies, of the worst of three heights, left in the compensated "
+            "The anomaly gain is the share of injected anomalies, of the worst of three heights, in the compensated "
             "signal: 1 is right. A network whose output is the clean field does not see the reading: none reaches it."
         ),
     )
