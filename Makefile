@@ -1,5 +1,6 @@
 # make demo   from a scenario to a scored compensation, with figures, into demo/
 # make test   lint and all tests
+# make test-heavy   whole quick runs of the two largest papers, a minute
 # make lint   style, types, import contracts
 # make datasets   build every data set into data/ and renew its manifest
 #
@@ -17,7 +18,7 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3 python;
 
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test lint pytest datasets environment
+.PHONY: help demo test test-heavy lint pytest datasets environment
 
 help:
 	@sed -n 's/^# \(make .*\)/\1/p' Makefile
@@ -31,6 +32,9 @@ test: $(STAMP)
 
 pytest: $(STAMP)
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile
+
+test-heavy: $(STAMP)
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile -m heavy
 
 lint: $(STAMP)
 	$(VENV)/bin/ruff check .

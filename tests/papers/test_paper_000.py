@@ -65,6 +65,7 @@ def table_of(run, key):
     return next(table for table in run.tables if table.key == key)
 
 
+@pytest.mark.heavy
 def test_published_losses_are_those_of_the_paper(run):
     for key, text in LOSSES.items():
         table = table_of(run, key)
@@ -74,6 +75,7 @@ def test_published_losses_are_those_of_the_paper(run):
         assert found == numbers(text)
 
 
+@pytest.mark.heavy
 def test_published_scores_are_those_of_the_paper(run):
     for key, texts in SCORES.items():
         table = table_of(run, key)
@@ -92,10 +94,12 @@ def test_published_scores_are_those_of_the_paper(run):
     assert set(added) == {None}
 
 
+@pytest.mark.heavy
 def test_the_page_has_them(run):
     require_on_page("000", run)
 
 
+@pytest.mark.heavy
 def test_claims_and_headlines_follow_from_the_scores(run):
     two, claims = table_of(run, "table_2"), table_of(run, "claims")
     magtcn, tl = (two.cell(name, "ir").found[0] for name in ("MagTCN, T-L first (default)", "T-L Model"))
@@ -107,6 +111,7 @@ def test_claims_and_headlines_follow_from_the_scores(run):
     assert pair == two.cell("T-L Model", "ir").found[0] / two.cell("BPNN", "ir").found[0]
 
 
+@pytest.mark.heavy
 def test_operations_meet_the_printed_ones_and_scores_hold_together(run):
     """Printed operations to half a percent; nothing beats the instrument; STD times ratio is what was there."""
     six, two = table_of(run, "table_6"), table_of(run, "table_2")
@@ -123,6 +128,7 @@ def test_operations_meet_the_printed_ones_and_scores_hold_together(run):
     assert two.cell("before compensation", "ir").found == (1.0,)
 
 
+@pytest.mark.heavy
 def test_an_anomaly_passes_where_the_output_is_interference_and_never_where_it_is_the_field(run):
     outputs = table_of(run, "outputs")
     for name in NAMES:
@@ -130,6 +136,7 @@ def test_an_anomaly_passes_where_the_output_is_interference_and_never_where_it_i
         assert outputs.cell(f"{name}, output is the clean field", "gain").found[0] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.heavy
 def test_losses_begin_with_the_variance_of_what_is_learned(run, folder):
     (recording,) = read_recordings(folder / "flights" / "simulated_00.h5")
     train, valid = (recording.mask(split=split) for split in ("train", "valid"))
@@ -140,6 +147,7 @@ def test_losses_begin_with_the_variance_of_what_is_learned(run, folder):
         assert one.cell("epoch 0", network).found[0] == pytest.approx(variance, rel=1e-9)
 
 
+@pytest.mark.heavy
 def test_all_pictures_are_there_and_another_run_of_the_same_results_has_the_same_tables(run, folder):
     pictures = {f"figure_{number}.png" for number in range(8, 13)}
     assert {path.name for path in run.files} >= {*pictures, "table_2.png", "tables.json"}
@@ -171,6 +179,7 @@ class Zero:
         return np.full(len(recording), 45_000.0)
 
 
+@pytest.mark.heavy
 def test_what_puts_out_the_field_leaves_its_output(run, folder):
     """Reading less estimate is the output, whatever the reading."""
     (recording,) = read_recordings(folder / "flights" / "simulated_00.h5")
@@ -181,6 +190,7 @@ def test_what_puts_out_the_field_leaves_its_output(run, folder):
         assert np.array_equal(method.compensate(one), np.full(len(one), 45_000.0))
 
 
+@pytest.mark.heavy
 def test_the_field_is_learned_as_the_reading_without_the_interference(run, folder):
     (recording,) = read_recordings(folder / "flights" / "simulated_00.h5")
     training = training_rows([recording.take(np.arange(2000))])
@@ -193,6 +203,7 @@ def test_the_field_is_learned_as_the_reading_without_the_interference(run, folde
     assert values["scale_nt"] == pytest.approx(float(np.std(clean)), rel=1e-9)
 
 
+@pytest.mark.heavy
 def test_the_recipe_is_whole_where_it_can_be(run, folder):
     """200 epochs of batches of 256; a tutor that has faded by e^-10 at the end, whatever the number of windows."""
     assert WHOLE.windows == 896_000

@@ -59,6 +59,7 @@ def published(table, *columns):
     return {name: figures for name, figures in lines.items() if any(figure is not None for figure in figures)}
 
 
+@pytest.mark.heavy
 def test_published_figures_are_those_of_the_paper(run):
     assert published(table_of(run, "table_1"), "static", "dynamic") == TABLE_1
     assert published(table_of(run, "table_2"), "ir pp") == {name: (figure,) for name, figure in GRID.items()}
@@ -70,10 +71,12 @@ def test_published_figures_are_those_of_the_paper(run):
     assert published(table_of(run, "claims_table_2"), "rank") == ranks
 
 
+@pytest.mark.heavy
 def test_the_page_has_them(run):
     require_on_page("003", run)
 
 
+@pytest.mark.heavy
 def test_all_methods_have_one_test_segment_and_the_printed_level(run):
     for key in ("table_3", "table_3_physical"):
         table = table_of(run, key)
@@ -88,6 +91,7 @@ def test_all_methods_have_one_test_segment_and_the_printed_level(run):
     assert {path.name for path in run.files} >= {"table_1.csv", "table_2.png", "figure_9.png", "tables.json"}
 
 
+@pytest.mark.heavy
 def test_work_that_is_done_again_gives_the_same_tables(run, folder):
     require_same_tables("003", folder, every=12)
 
