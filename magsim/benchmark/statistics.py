@@ -50,8 +50,8 @@ class Standing:
     p_baseline, p_leader : float
         Holm's; NaN where there are too few sets, or no such method.
     rank, rank_low, rank_high : int
-        By geometric mean; 1 and more than are surely better, and all but those that are surely worse. 0 for a method
-        that has no rank.
+        By geometric mean, of one that has not been in all sets by its ratio to the baseline; 1 and more than are surely
+        better, and all but those that are surely worse. 0 for a method that has no rank.
     ties_leader : bool
     failed : tuple of str
         Gates that it has not passed: it has no rank.
@@ -148,7 +148,7 @@ def standings(
         The best first; then those without a rank.
     """
     failed = failed or {}
-    mean = {name: geometric_mean(values).value for name, values in std_nt.items()}
+    mean = {name: _mean(values, std_nt.get(baseline)) for name, values in std_nt.items()}
     known = [name for name in std_nt if np.isfinite(mean[name])]
     order = sorted(known, key=lambda name: (mean[name], name))
     ranked = [name for name in order if not failed.get(name)]
@@ -191,6 +191,13 @@ def standings(
             )
         )
     return out
+
+
+def _mean(own: np.ndarray, baseline: np.ndarray | None) -> float:
+    """Return a geometric mean over all sets: by the ratio to the baseline of one that has not been in all of them."""
+    if baseline is None or not np.isfinite(own * baseline).any():
+        return geometric_mean(own).value
+    return geometric_mean(own / baseline).value * geometric_mean(baseline).value
 
 
 def _close(first: float, second: float) -> bool:

@@ -113,3 +113,13 @@ def test_sets_without_a_score_are_left_out_pairwise():
     found = standings(std_nt, np.full(12, 10.0), np.full(12, 0.003), baseline="tl16")
     assert {one.method: one.sets for one in found} == {"network": 4, "tl16": 12}
     assert found[0].over_baseline.value == pytest.approx(2.0, rel=0.1)
+
+
+def test_easy_sets_alone_make_no_better_rank():
+    """A method that has been in the four easiest sets is ranked by its ratio to the baseline there."""
+    world = np.linspace(1.0, 5.0, 12)
+    std_nt = {"tl16": 0.1 * world, "good": 0.05 * world, "network": 0.08 * world}
+    std_nt["network"] = np.where(np.arange(12) < 4, std_nt["network"], np.nan)
+    assert np.nanmean(std_nt["network"]) < np.mean(std_nt["good"])
+    found = standings(std_nt, np.full(12, 10.0), np.full(12, 0.003), baseline="tl16")
+    assert [one.method for one in found] == ["good", "network", "tl16"]
