@@ -2,8 +2,8 @@
 
 Sets of flights are what is sampled: everything is paired by set, on logarithms of standard deviations, in which methods
 differ by factors. Means have Student's t intervals: at twelve sets they cover what they say, where percentiles and
-accelerated bootstraps do not. All pairs of one table are one family, whose p values are Holm's (Scandinavian Journal of
-Statistics 6, 65-70, 1979).
+accelerated bootstraps do not. All pairs of one table that may be ranked are one family, whose p values are Holm's
+(Scandinavian Journal of Statistics 6, 65-70, 1979).
 """
 
 from collections.abc import Mapping, Sequence
@@ -152,7 +152,9 @@ def standings(
     known = [name for name in std_nt if np.isfinite(mean[name])]
     order = sorted(known, key=lambda name: (mean[name], name))
     ranked = [name for name in order if not failed.get(name)]
-    pairs = [*combinations(order, 2)]
+    leader = ranked[0] if ranked else None
+    # what has no rank is compared with the two that others are compared with, and no more
+    pairs = [pair for pair in combinations(order, 2) if set(pair) <= set(ranked) or {baseline, leader} & set(pair)]
     raw = np.array([paired_p(std_nt[a], std_nt[b]) for a, b in pairs])
     sure = ~np.isnan(raw)
     adjusted = np.full(len(raw), np.nan)
@@ -167,7 +169,6 @@ def standings(
     def between(a: str, b: str) -> float:
         return float(p.get((a, b), p.get((b, a), np.nan)))
 
-    leader = ranked[0] if ranked else None
     out = []
     for name in [*ranked, *(name for name in order if name not in ranked)]:
         own, has = std_nt[name], name in ranked

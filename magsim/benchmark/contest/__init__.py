@@ -5,7 +5,7 @@ round of estimates it forks a process, which is sent what the method may see ove
 all that it has started. Nothing that a method sends is unpickled. Where the kernel has Landlock, such a process can
 read no files but those of Python, of the packages and of the method itself, and write in a temporary folder alone.
 
-What a hostile method can still do is in ``docs/benchmark``: what it reads of Python and of magsim includes the public
+What a hostile method can still do is in ``docs/ladder.md``: what it reads of Python and of magsim includes the public
 seeds and the simulator, so it could fly public flights again; against that hidden seeds alone help.
 """
 
