@@ -10,10 +10,15 @@ import pytest
 from magsim.config import toml
 from magsim.ladder.definition import read_ladder
 from magsim.ladder.draws import INCLINATIONS_DEG, LINE_M, draw_set
+from magsim.ladder.foreign import ForeignAircraft
 from magsim.ladder.seeds import PUBLIC_SEED
+from magsim.streams import stream
 
 V1 = "51b3caac7effbfb359974f50cda0eef564ca0a38fc4b47aa816185a6c9034374"
 """SHA-256 of what the first thirty public sets of ladder v1 draw."""
+
+FOREIGN = "bcb542caf4c5e7b6e1c731ec0346d5337a788997e9c2cb5ba39bf072add4084a"
+"""SHA-256 of the foreign aircraft of the first three, to six digits."""
 
 
 @pytest.fixture(scope="module")
@@ -95,3 +100,13 @@ def test_sets_of_the_public_seed_never_change():
     """Scores name the ladder alone, so what its sets draw is as frozen as its files."""
     text = "\n".join(f"{draw_set(PUBLIC_SEED, number)}" for number in range(30))
     assert hashlib.sha256(text.encode()).hexdigest() == V1
+
+
+def test_foreign_individuals_of_the_public_seed_never_change():
+    parts = []
+    for number in range(3):
+        aircraft = ForeignAircraft.draw(stream(PUBLIC_SEED, f"ladder/foreign/{number}"))
+        for part in (aircraft.metal, aircraft.fluxgate):
+            parts += [value for name in part.__dataclass_fields__ for value in np.ravel(getattr(part, name))]
+    text = " ".join(f"{value:.6g}" for value in parts)
+    assert hashlib.sha256(text.encode()).hexdigest() == FOREIGN

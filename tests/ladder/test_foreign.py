@@ -171,18 +171,23 @@ def test_flights_share_the_aircraft_and_not_what_its_hidden_loads_do(recording, 
 
 
 def test_three_tenths_of_the_loads_power_in_band_have_no_channel(recording):
-    """Of the vector of the loads alone, at the scalar magnetometer: what recorded currents explain, and the rest."""
-    aircraft = ForeignAircraft.draw(np.random.default_rng(2))
+    """Of the vector of the loads, on average of individuals: what currents explain, and the rest.
+
+    What a load makes belongs to the aircraft, so the share is that of its wires and of what is switched on in a flight.
+    """
     fine = _Fine(recording.time_s)
     hidden, half = _hidden_loads(fine.time_s, np.random.default_rng(5)), np.full(len(fine.time_s), 0.5)
-    whole = aircraft._loads(recording, fine, "cabin", hidden, half)
     # with an even share the known part is a sum of the currents, which least squares finds
     currents = [fine(v) for name, v in recording.data.items() if columns.find(name) is columns.TRUE_CURRENT]
 
-    def band(values):
-        return low_pass(values, RATE, 0.6) - low_pass(low_pass(values, RATE, 0.6), RATE, 0.1)
-
-    basis = np.linalg.qr(band(np.stack(currents, axis=1)))[0]
-    in_band = band(whole)
-    left = in_band - basis @ (basis.T @ in_band)
-    assert np.var(left, axis=0).sum() / np.var(in_band, axis=0).sum() == pytest.approx(0.3, abs=0.03)
+    basis = np.linalg.qr(signals.band_pass(np.stack(currents, axis=1), RATE))[0]
+    shares = []
+    for seed in range(12):
+        aircraft = ForeignAircraft.draw(np.random.default_rng(seed))
+        whole = aircraft._loads(recording, fine, "cabin", aircraft._hidden_size("cabin") * hidden, half)
+        in_band = signals.band_pass(whole, RATE)
+        left = in_band - basis @ (basis.T @ in_band)
+        shares.append(np.var(left, axis=0).sum() / np.var(in_band, axis=0).sum())
+    assert np.mean(shares) == pytest.approx(0.3, abs=0.06)
+    assert min(shares) > 0.1
+    assert max(shares) < 0.6

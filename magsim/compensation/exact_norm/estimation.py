@@ -33,6 +33,9 @@ _TOLD = 1.0
 """Each of them is fitted if its deviation makes so many times the residual: it makes 25 to 85 pT where there is a
 memory, 0.1 and less where there is none (tuning sets)."""
 
+TENSORS = ("induced", "eddy", "eddy lag", "memory")
+"""Groups with a matrix."""
+
 _HUBER = 4.0
 _ALIKE = 0.3
 """Flights whose weights differ by no more than this count the same."""
@@ -166,14 +169,20 @@ class Estimation:
         Of the training rows, to the band of compensation.
     pairs : Pairs, optional
         Rows at one place, where the clean field agrees.
+    traceless : bool
+        Fit no trace of the matrices of induced, eddy and remembered fields. It makes a share of the background's
+        strength, which a fit without labels finds in the reading: geology and anomalies of the ground too.
     """
 
-    def __init__(self, table: Sequence[Signal], reduction: Reduction, pairs: Pairs | None = None) -> None:
+    def __init__(
+        self, table: Sequence[Signal], reduction: Reduction, pairs: Pairs | None = None, *, traceless: bool = False
+    ) -> None:
         self.reduction, self.pairs = reduction, pairs
         self.size = np.array([signal.size for signal in table]).repeat(3)
         groups = list(dict.fromkeys(signal.group for signal in table))
         self.group = np.array([groups.index(signal.group) for signal in table]).repeat(3)
         self.shrunk = np.ones(len(groups))
+        self.diagonals = _diagonals([signal.group for signal in table]) if traceless else []
         self.memory = [number for number, signal in enumerate(table) if signal.group == "memory"]
         self.noise_nt, self.per_row = 0.1, reduction.per_row
 
@@ -194,6 +203,8 @@ class Estimation:
         size = np.append(BENT[: len(shape.bent)], LATER_S)
         own, days = at.size, matrix.shape[1] - at.size - len(size)
         matrix *= np.concatenate([self.size, np.full(days, DAY_NT), size])
+        for diagonal in self.diagonals:
+            matrix[:, diagonal] -= matrix[:, diagonal].mean(axis=1, keepdims=True)
         start = np.concatenate([at.ravel() / self.size, np.zeros(days), np.append(shape.bent, shape.later_s) / size])
         bent = matrix[:, own + days : -1]
         is_told = np.sqrt(np.mean(bent**2, axis=0)) > _TOLD * self.noise_nt
@@ -317,6 +328,12 @@ class Estimation:
         square = np.bincount(self.group, found**2, minlength=len(self.shrunk))
         number = np.bincount(self.group, known, minlength=len(self.shrunk))
         self.shrunk = np.clip(np.sqrt(square / (number + _DOUBT)), _SMALLEST, 1.0)
+
+
+def _diagonals(groups: Sequence[str]) -> list[list[int]]:
+    """Return the places of the diagonal of each group's matrix, of those that have a signal for each axis."""
+    places = {group: [number for number, own in enumerate(groups) if own == group] for group in TENSORS}
+    return [[3 * number + axis for axis, number in enumerate(own)] for own in places.values() if len(own) == 3]
 
 
 def _rows_for_one(residual: np.ndarray) -> float:

@@ -170,7 +170,8 @@ class ExactNorm(Compensator):
         sources = self._sources_of(direction, recordings, sensor, alive)
         times, rate_hz = [recording.time_s for recording in recordings], recordings[0].rate_hz
         reduction = Reduction(times, [target.known(r, sensor) for r in recordings], rate_hz)
-        estimation = Estimation(sources.table, reduction, target.pairs(recordings, sensor))
+        pairs = target.pairs(recordings, sensor)
+        estimation = Estimation(sources.table, reduction, pairs, traceless=target.measured)
         height = position_columns(recordings, 0, vertical=self.vertical and target.measured).designs
         readings = [sources.read(recording) for recording in recordings]
         signals = _Signals(sources, readings)

@@ -16,7 +16,20 @@ LEAD_S, TAIL_S = 30.0, 5.0
 
 LUMPS, DIRECTIONS, RELAYS, LOOPS = 5, 3, 48, 4
 HIDDEN = 0.3
-"""Share of the loads' power in band that has no channel."""
+"""Share of the power that loads without a channel have of the loads' field in band, with the currents below."""
+
+CURRENTS_A = {
+    "com_1": 0.36,
+    "fuel_pump": 0.31,
+    "generator": 0.61,
+    "ins_heater": 0.36,
+    "panel_feeder": 0.61,
+    "strobe": 0.09,
+    "survey_supply": 0.36,
+}
+HIDDEN_A = (0.28, 0.71, 0.14)
+"""Usual currents in band of the feeders, and of the loads without a channel before they are scaled [A]: rms over
+development flights."""
 
 EDGE_HZ = 3.5
 
@@ -116,7 +129,8 @@ class ForeignAircraft:
         fine = _Fine(recording.time_s)
         background = {name: fine(_background(recording, name)) for name in (sensor, fluxgate)}
         places = {sensor: np.zeros(3), fluxgate: self.fluxgate.place_m}
-        hidden, share = _hidden_loads(fine.time_s, rng), _return_share(fine.time_s, rng)
+        hidden = self._hidden_size(sensor) * _hidden_loads(fine.time_s, rng)
+        share = _return_share(fine.time_s, rng)
         total = {}
         for name in (sensor, fluxgate):
             steady = self._metal(background[sensor], places[name])
@@ -169,15 +183,27 @@ class ForeignAircraft:
         """Return the field of all loads, (n, 3) [nT]: recorded ones, over two return paths, and those that are not."""
         known = np.zeros((len(fine.time_s), 3))
         for name, values in _of(recording, columns.TRUE_CURRENT).items():
-            first, second = self._named(name, at).normal(0.0, 0.4, (2, 3))
+            first, second = self._wires(name, at)
             current = fine(values)[:, None]
             known += current * (share[:, None] * first + (1.0 - share[:, None]) * second)
-        if not known.any():
-            return known
-        unknown = hidden @ self._named("hidden", at).normal(0.0, 1.0, (hidden.shape[1], 3))
-        powers = [np.mean(np.var(_band(one), axis=0)) for one in (known, unknown)]
-        scale = np.sqrt(HIDDEN / (1.0 - HIDDEN) * powers[0] / powers[1])
-        return known + scale * unknown
+        return np.asarray(known + hidden @ self._hidden_wires(at))
+
+    def _wires(self, name: str, at: str) -> np.ndarray:
+        """Return the field of both return paths of a current at a place, (2, 3) [nT/A]."""
+        return self._named(name, at).normal(0.0, 0.4, (2, 3))
+
+    def _hidden_wires(self, at: str) -> np.ndarray:
+        """Return the field of each load without a channel at a place, (3, 3) [nT/A]."""
+        return self._named("hidden", at).normal(0.0, 1.0, (len(HIDDEN_A), 3))
+
+    def _hidden_size(self, sensor: str) -> float:
+        """Return how large loads without a channel are on this aircraft: a share of what all make of usual currents."""
+        known = sum(
+            float(np.sum((ampere * self._wires(columns.TRUE_CURRENT.name(feeder=name), sensor).mean(axis=0)) ** 2))
+            for name, ampere in CURRENTS_A.items()
+        )
+        unknown = float(np.sum((np.array(HIDDEN_A)[:, None] * self._hidden_wires(sensor)) ** 2))
+        return float(np.sqrt(HIDDEN / (1.0 - HIDDEN) * known / unknown))
 
     def _read(self, field: np.ndarray) -> np.ndarray:
         """Return what the fluxgate makes of a field before its filter, (n, 3) [nT]."""
@@ -220,11 +246,6 @@ def _background(recording: Recording, sensor: str) -> np.ndarray:
     return np.asarray(np.sum(parts, axis=0))
 
 
-def _band(values: np.ndarray) -> np.ndarray:
-    """Return values between 0.1 and 0.6 Hz, about."""
-    return low_pass(values, RATE_HZ, 0.6) - low_pass(low_pass(values, RATE_HZ, 0.6), RATE_HZ, 0.1)
-
-
 def _replaced(recording: Recording, sensor: str, fluxgate: str, label: np.ndarray, flux: np.ndarray) -> Recording:
     """Return the recording with readings, label and truth of the foreign aircraft, and nothing of the other's."""
     clean, error = recording[columns.CLEAN.name(sensor=sensor)], recording[columns.ERROR.name(sensor=sensor)]
@@ -251,7 +272,7 @@ def _hidden_loads(time_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     begins = np.sort(rng.uniform(time_s[0], time_s[-1], round(length / 2.5)))
     for begin, lasts in zip(begins, rng.uniform(0.2, 1.0, len(begins)), strict=True):
         bursts[(time_s >= begin) & (time_s < begin + lasts)] = 1.0
-    pace_hz = 0.3 + 0.1 * np.cumsum(rng.normal(0.0, np.sqrt(1.0 / RATE_HZ / 60.0), len(time_s)))
+    pace_hz = 0.3 + 0.1 * np.sin(time_s / 40.0 + rng.uniform(0.0, 2.0 * np.pi))
     fan = np.sin(2.0 * np.pi * np.cumsum(pace_hz) / RATE_HZ)
     edges = time_s[0] + np.cumsum(rng.uniform(8.0, 30.0, round(length / 8.0) + 2))
     heater = (np.searchsorted(edges, time_s) % 2).astype(float)
