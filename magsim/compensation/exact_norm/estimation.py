@@ -36,6 +36,9 @@ memory, 0.1 and less where there is none (tuning sets)."""
 TENSORS = ("induced", "eddy", "eddy lag", "memory")
 """Groups with a matrix."""
 
+TRACE = 0.003
+"""Deviation of the mean of a matrix's diagonal in a fit without labels: so much of an anomaly may be lost."""
+
 _HUBER = 4.0
 _ALIKE = 0.3
 """Flights whose weights differ by no more than this count the same."""
@@ -169,20 +172,20 @@ class Estimation:
         Of the training rows, to the band of compensation.
     pairs : Pairs, optional
         Rows at one place, where the clean field agrees.
-    traceless : bool
-        Fit no trace of the matrices of induced, eddy and remembered fields. It makes a share of the background's
-        strength, which a fit without labels finds in the reading: geology and anomalies of the ground too.
+    tied : bool
+        Hold the traces of the matrices of induced, eddy and remembered fields near zero. A trace makes a share of the
+        background's strength, and a fit without labels finds geology in the reading that such a share explains.
     """
 
     def __init__(
-        self, table: Sequence[Signal], reduction: Reduction, pairs: Pairs | None = None, *, traceless: bool = False
+        self, table: Sequence[Signal], reduction: Reduction, pairs: Pairs | None = None, *, tied: bool = False
     ) -> None:
         self.reduction, self.pairs = reduction, pairs
         self.size = np.array([signal.size for signal in table]).repeat(3)
         groups = list(dict.fromkeys(signal.group for signal in table))
         self.group = np.array([groups.index(signal.group) for signal in table]).repeat(3)
         self.shrunk = np.ones(len(groups))
-        self.diagonals = _diagonals([signal.group for signal in table]) if traceless else []
+        self.ties = _ties(table) if tied else np.zeros((0, self.size.size))
         self.memory = [number for number, signal in enumerate(table) if signal.group == "memory"]
         self.noise_nt, self.per_row = 0.1, reduction.per_row
 
@@ -203,8 +206,6 @@ class Estimation:
         size = np.append(BENT[: len(shape.bent)], LATER_S)
         own, days = at.size, matrix.shape[1] - at.size - len(size)
         matrix *= np.concatenate([self.size, np.full(days, DAY_NT), size])
-        for diagonal in self.diagonals:
-            matrix[:, diagonal] -= matrix[:, diagonal].mean(axis=1, keepdims=True)
         start = np.concatenate([at.ravel() / self.size, np.zeros(days), np.append(shape.bent, shape.later_s) / size])
         bent = matrix[:, own + days : -1]
         is_told = np.sqrt(np.mean(bent**2, axis=0)) > _TOLD * self.noise_nt
@@ -269,12 +270,14 @@ class Estimation:
         """Return scaled coefficients; noise, groups and weights settle on the way."""
         rows, per_row = len(target), self.per_row
         own = len(self.group)
+        ties = np.zeros((len(self.ties), matrix.shape[1]))
+        ties[:, :own] = self.ties
         weights = np.ones(rows)
         normal, right, square = matrix.T @ matrix, matrix.T @ target, target @ target
         for number in range(_ROUNDS):
             before = self.noise_nt, self.shrunk.copy()
             prior = self._prior(matrix.shape[1])
-            inverse = _inverse(normal / (per_row * self.noise_nt**2) + np.diag(prior))
+            inverse = _inverse(normal / (per_row * self.noise_nt**2) + np.diag(prior) + ties.T @ ties)
             found = inverse @ right / (per_row * self.noise_nt**2)
             left = max(square - 2.0 * found @ right + found @ normal @ found, 0.0)
             known = np.maximum(1.0 - prior * np.diag(inverse), 0.0)
@@ -293,10 +296,11 @@ class Estimation:
                     weighted = matrix * weights[:, None]
                     normal, right, square = weighted.T @ matrix, weighted.T @ target, (weights * target) @ target
         # the normal equations have lost what the weakest directions need
-        equations = np.zeros((rows + matrix.shape[1], matrix.shape[1] + 1))
+        equations = np.zeros((rows + matrix.shape[1] + len(ties), matrix.shape[1] + 1))
         equations[:rows, :-1], equations[:rows, -1] = matrix, target
         equations[:rows] *= (np.sqrt(weights / per_row) / self.noise_nt)[:, None]
-        np.fill_diagonal(equations[rows:], np.sqrt(self._prior(matrix.shape[1])))
+        np.fill_diagonal(equations[rows : rows + matrix.shape[1]], np.sqrt(self._prior(matrix.shape[1])))
+        equations[rows + matrix.shape[1] :, :-1] = ties
         self._upper = np.asarray(np.linalg.qr(equations, mode="r"))
         found = solve_triangular(self._upper[:-1, :-1], self._upper[:-1, -1])
         self.per_row = max(_rows_for_one(target - matrix @ found), self.reduction.per_row)
@@ -330,10 +334,17 @@ class Estimation:
         self.shrunk = np.clip(np.sqrt(square / (number + _DOUBT)), _SMALLEST, 1.0)
 
 
-def _diagonals(groups: Sequence[str]) -> list[list[int]]:
-    """Return the places of the diagonal of each group's matrix, of those that have a signal for each axis."""
-    places = {group: [number for number, own in enumerate(groups) if own == group] for group in TENSORS}
-    return [[3 * number + axis for axis, number in enumerate(own)] for own in places.values() if len(own) == 3]
+def _ties(table: Sequence[Signal]) -> np.ndarray:
+    """Return equations that hold the mean diagonal of each group's matrix near zero, scaled, (t, 3 k)."""
+    out = []
+    for group in TENSORS:
+        own = [number for number, signal in enumerate(table) if signal.group == group]
+        if len(own) == 3:
+            tie = np.zeros(3 * len(table))
+            # the deviation is a share of the field: one second stands for its rate
+            tie[[3 * number + axis for axis, number in enumerate(own)]] = table[own[0]].size / (3.0 * TRACE)
+            out.append(tie)
+    return np.array(out).reshape(-1, 3 * len(table))
 
 
 def _rows_for_one(residual: np.ndarray) -> float:

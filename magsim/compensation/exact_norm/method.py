@@ -171,7 +171,7 @@ class ExactNorm(Compensator):
         times, rate_hz = [recording.time_s for recording in recordings], recordings[0].rate_hz
         reduction = Reduction(times, [target.known(r, sensor) for r in recordings], rate_hz)
         pairs = target.pairs(recordings, sensor)
-        estimation = Estimation(sources.table, reduction, pairs, traceless=target.measured)
+        estimation = Estimation(sources.table, reduction, pairs, tied=target.measured)
         height = position_columns(recordings, 0, vertical=self.vertical and target.measured).designs
         readings = [sources.read(recording) for recording in recordings]
         signals = _Signals(sources, readings)
