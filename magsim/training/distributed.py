@@ -6,6 +6,7 @@ files. Without torchrun there is one process, and all of this does nothing.
 
 import atexit
 import os
+import sys
 from collections.abc import Sequence
 
 import torch
@@ -36,7 +37,14 @@ def join() -> None:
         return
     gpus = torch.cuda.is_available() and processes.is_nccl_available()
     processes.init_process_group("cpu:gloo,cuda:nccl" if gpus else "gloo")
-    atexit.register(processes.destroy_process_group)
+    atexit.register(_leave)
+
+
+def _leave() -> None:
+    """Part from the other processes together with them: one that goes first can end the others' threads in an abort."""
+    if getattr(sys, "last_value", None) is None:  # after an error nobody is waited for
+        processes.barrier()
+    processes.destroy_process_group()
 
 
 def wait_for_all() -> None:

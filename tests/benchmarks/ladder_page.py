@@ -57,9 +57,10 @@ def costs(rows: Sequence[Mapping[str, object]]) -> str:
             continue
         level, sensor, method = match.groups()
         name = level if sensor == "cabin" else f"{level} {sensor}"
-        low, high = re.findall(r"[\d.e+-]+(?= \.\.)|(?<=\.\. )[\d.e+-]+[\d]", str(row["unit"]))
+        bounds = re.search(r"interval (\S+) \.\. ([\d.e+]+)", str(row["unit"]))
+        assert bounds is not None
         free = "costs nothing" in str(row["unit"])
-        text = "-" if free else f"{pages.number(float(str(row['value'])))} ({low} to {high})"
+        text = "-" if free else f"{pages.number(float(str(row['value'])))} ({bounds[1]} to {bounds[2]})"
         found.setdefault(name, {})[method] = text
     heads = ("level", "`tl16`", "exact norm")
     lines = [_row(heads), _row(["---"] * 3)]
